@@ -1,0 +1,1 @@
+"""A control-design workbench for magnetically levitated vehicles."""

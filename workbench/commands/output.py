@@ -1,0 +1,32 @@
+"""What a command prints: one JSON document with --json, otherwise a table that fits the terminal."""
+
+import json
+import sys
+from collections.abc import Iterable
+from typing import Any
+
+from workbench.result import Row, figure, plain
+
+
+def emit_json(document: Any) -> None:
+    """The document on stdout and nothing else; strict JSON, so NaN and infinity are null."""
+    sys.stdout.write(json.dumps(plain(document), indent=1, allow_nan=False, ensure_ascii=False) + "\n")
+
+
+def emit_rows(title: str, rows: Iterable[Row]) -> None:
+    """A three-column table: quantity, value, unit."""
+    emit_table(title, ("quantity", "value", "unit"), [(name, figure(value), unit) for name, value, unit in rows])
+
+
+def emit_table(title: str, columns: Iterable[str], rows: Iterable[Iterable[str]]) -> None:
+    """A table of strings."""
+    from rich import box
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, title_style="bold")
+    for number, column in enumerate(columns):
+        table.add_column(column, justify="left" if number == 0 else "right", overflow="fold")
+    for row in rows:
+        table.add_row(*row)
+    Console(soft_wrap=False).print(table)

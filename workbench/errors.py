@@ -1,0 +1,20 @@
+"""What the library raises: one sentence that says what must hold, what was given and what to do."""
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+
+
+class InputError(ValueError):
+    """Input that cannot be used as given; the message says how to mend it. The command line exits with 2."""
+
+
+class InfeasibleError(RuntimeError):
+    """A requirement that cannot be met; the message names what binds, where and by how much. Exit code 1."""
+
+
+def unknown_name(kind: str, given: str, known: Iterable[str]) -> InputError:
+    """The refusal of a name that is not one of `known`, with the nearest one that is."""
+    names = sorted(known)
+    near = get_close_matches(given, names, n=1, cutoff=0.5)
+    hint = f"did you mean {near[0]!r}? " if near else ""
+    return InputError(f"unknown {kind} {given[:80]!r}; {hint}Known: {', '.join(names)}.")
