@@ -1,0 +1,1 @@
+"""What a closed loop does: roots, margins, responses, spectra, ride comfort, control power."""

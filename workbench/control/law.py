@@ -1,0 +1,165 @@
+"""The modal control law: sensors at the coil sets -> filters -> modal signals -> gains -> current commands.
+
+    gap, gap_lateral, acceleration_z, acceleration_y      4 × n sensor signals
+      --pseudo-inverse-->  heave, pitch, roll (from vertical signals); sway, yaw (from lateral signals)
+      --one vertical and one lateral filter pair-->  five modal signals
+      --K_heave … K_yaw, rigid-body resolution-->  n current commands
+
+Filters of equal channels commute with the pseudo-inverse, so ten first-order filters stand for the 4 n of the
+hardware, and nothing else of the hardware is controllable. Roll is measured by the vertical sensors: it corrects the
+lateral signal Y − cΦ to the centre of gravity (report, P_AS), so the roll channel's effective gain is c (K_sway − K_roll).
+Source: report, Table B-3 with the signs +s²H (K_0) and +[K_0S − K̃_0A] P_AS Q_SA (K_0A).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+
+from workbench.control import filters
+from workbench.control.gains import GAIN_NAMES, Gains
+from workbench.errors import InputError
+
+CHANNELS = ("heave", "pitch", "roll", "sway", "yaw")
+VERTICAL_CHANNELS = 3  # the first three are measured by vertical sensors
+SENSORS = ("gap", "gap_lateral", "acceleration_z", "acceleration_y")
+
+
+@dataclass(frozen=True, slots=True)
+class ModalLaw:
+    """The law of a vehicle whose coil sets sit at given places.
+
+    Parameters
+    ----------
+    positions : (n, 2) nested tuples
+        x (forward) and y (right) of the coil sets from the centre of gravity [m]; y > 0 is a right-hand set.
+    depth : float
+        Distance of the coil plane below the centre of gravity, c [m].
+    """
+
+    positions: tuple[tuple[float, float], ...]
+    depth: float
+
+    def __post_init__(self) -> None:
+        if len(self.positions) < 4 or np.linalg.matrix_rank(self._vertical()) < 3 or np.linalg.matrix_rank(self._lateral()) < 2:
+            raise InputError(
+                "the modal law needs coil sets from which heave, pitch, roll, sway and yaw can be told apart; "
+                f"got sets at {self.positions}. Place at least two on each side, at two stations."
+            )
+
+    @property
+    def count(self) -> int:
+        """Number of coil sets, sensors of a kind, and commands."""
+        return len(self.positions)
+
+    @property
+    def commands(self) -> tuple[str, ...]:
+        """Names of the commands."""
+        return tuple(f"command_{i + 1}" for i in range(self.count))
+
+    @property
+    def sensors(self) -> tuple[str, ...]:
+        """Names of the sensor signals, in the order the law takes them."""
+        return tuple(f"{kind}_{i + 1}" for kind in SENSORS for i in range(self.count))
+
+    @property
+    def side(self) -> np.ndarray:
+        """+1 for right-hand sets, −1 for left-hand ones, (n,)."""
+        return np.sign([y for _, y in self.positions])
+
+    def _vertical(self) -> np.ndarray:
+        x, y = np.array(self.positions, float).T
+        return np.column_stack([-np.ones(self.count), x, -y])
+
+    def _lateral(self) -> np.ndarray:
+        x = np.array(self.positions, float)[:, 0]
+        return self.side[:, None] * np.column_stack([np.ones(self.count), x])
+
+    def displacement_matrix(self) -> np.ndarray:
+        """Q (2n, 5): vertical then lateral displacements of the sets from (Z, Θ, Y, Φ, Ψ). Source: Table B-3."""
+        v, w = self._vertical(), self._lateral()
+        zero = np.zeros(self.count)
+        top = np.column_stack([v[:, 0], v[:, 1], zero, v[:, 2], zero])
+        return np.vstack([top, np.column_stack([zero, zero, w[:, 0], -self.depth * w[:, 0], w[:, 1]])])
+
+    def measurement_matrix(self) -> np.ndarray:
+        """(10, 4n): five modal gap signals, then five modal acceleration signals, from the sensors.
+
+        Order within each five: `CHANNELS`. The sway row reads Y − cΦ.
+        """
+        n = self.count
+        vertical, lateral = np.linalg.pinv(self._vertical()), np.linalg.pinv(self._lateral())
+        out = np.zeros((10, 4 * n))
+        for block, (v, w) in enumerate(((0, n), (2 * n, 3 * n))):
+            rows = slice(5 * block, 5 * block + 5)
+            out[rows][:VERTICAL_CHANNELS, v : v + n] = vertical
+            out[rows][VERTICAL_CHANNELS:, w : w + n] = lateral
+        return out
+
+    def command_matrix(self, K_heave, K_pitch, K_sway, K_roll, K_yaw):
+        """(n, 5): commands per unit of the five filtered modal signals, numbers or symbols; columns as `CHANNELS`."""
+        v, w = self._vertical(), self._lateral()
+        columns = [v[:, 0], v[:, 1], w[:, 0], w[:, 0], w[:, 1]]
+        factors = [K_heave, K_pitch, self.depth * (K_sway - K_roll), K_sway, K_yaw]
+        return -ca.horzcat(*(ca.DM(c) * f for c, f in zip(columns, factors, strict=True)))
+
+    def state_space(self, theta):
+        """(A, B, C, D) of the law as SX or DM, from the seventeen parameters in the order of `GAIN_NAMES`.
+
+        States: five gap filters, five acceleration filters. Time constants must not be zero here.
+        """
+        g = dict(zip(GAIN_NAMES, ca.vertsplit(theta), strict=True))
+        v, w = VERTICAL_CHANNELS, 5 - VERTICAL_CHANNELS
+        tau = ca.vertcat(*[g["tau_h"]] * v, *[g["tau_hp"]] * w, *[g["tau_z"]] * v, *[g["tau_y"]] * w)
+        rate = ca.vertcat(*[g["K_hdot"]] * v, *[g["K_hpdot"]] * w)
+        velocity = ca.vertcat(*[g["K_zdot"]] * v, *[g["K_ydot"]] * w)
+        position = ca.vertcat(*[g["K_h"]] * v, *[g["K_hp"]] * w)
+        direct = ca.vertcat(*[g["K_zddot"]] * v, *[g["K_yddot"]] * w)
+        measure = ca.DM(self.measurement_matrix())
+        resolve = self.command_matrix(*(g[f"K_{name}"] for name in ("heave", "pitch", "sway", "roll", "yaw")))
+        A = ca.diag(-1 / tau)
+        B = ca.mtimes(ca.diag(1 / tau), measure)
+        through = ca.horzcat(ca.diag(position + rate / tau[:5]), ca.diag(direct))
+        filtered = ca.horzcat(ca.diag(-rate / tau[:5]), ca.diag(velocity * tau[5:]))
+        return A, B, ca.mtimes(resolve, filtered), ca.mtimes([resolve, through, measure])
+
+    def numeric(self, gains: Gains) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """(A, B, C, D) of the law as arrays; a filter whose gains are all zero is dropped.
+
+        Raises InputError for a time constant of zero whose rate gain is not: only roots exist then (`loop.roots`).
+        """
+        for rate, tau in (("K_hdot", "tau_h"), ("K_hpdot", "tau_hp")):
+            if getattr(gains, tau) == 0 and getattr(gains, rate) != 0:
+                raise InputError(
+                    f"{tau} must be positive where responses are asked for; got 0 with {rate} = {getattr(gains, rate)}. "
+                    f"An unfiltered rate has no finite response to noise: give {tau} a value, or ask for roots only."
+                )
+        kept = self.kept_filters(gains)
+        safe = gains.with_values(**{tau: getattr(gains, tau) or 1.0 for tau in ("tau_h", "tau_hp", "tau_z", "tau_y")})
+        unfiltered = {"K_zdot": 0.0} if gains.tau_z == 0 else {}
+        unfiltered |= {"K_ydot": 0.0} if gains.tau_y == 0 else {}
+        values = ca.DM(list(safe.with_values(**unfiltered).as_dict().values()))
+        A, B, C, D = (np.array(ca.densify(m)) for m in self.state_space(values))
+        return A[np.ix_(kept, kept)], B[kept], C[:, kept], D
+
+    def kept_filters(self, gains: Gains) -> np.ndarray:
+        """Indices of the ten filters whose gain is not zero (and whose time constant is not)."""
+        gap = [gains.K_hdot != 0 and gains.tau_h > 0] * VERTICAL_CHANNELS + [gains.K_hpdot != 0 and gains.tau_hp > 0] * 2
+        acc = [gains.K_zdot != 0 and gains.tau_z > 0] * VERTICAL_CHANNELS + [gains.K_ydot != 0 and gains.tau_y > 0] * 2
+        return np.flatnonzero(gap + acc)
+
+    def filter_names(self, kept: Sequence[int]) -> tuple[str, ...]:
+        """State names of the kept filters."""
+        names = [f"{kind} filter of {channel}" for kind in ("gap", "acceleration") for channel in CHANNELS]
+        return tuple(names[k] for k in kept)
+
+    def response_symbols(self, theta, omega):
+        """Complex gains of the ten modal signals at jω as two (10,) columns (real, imaginary), SX."""
+        g = dict(zip(GAIN_NAMES, ca.vertsplit(theta), strict=True))
+        vertical = filters.gap_response(g["K_h"], g["K_hdot"], g["tau_h"], omega)
+        lateral = filters.gap_response(g["K_hp"], g["K_hpdot"], g["tau_hp"], omega)
+        upward = filters.acceleration_response(g["K_zddot"], g["K_zdot"], g["tau_z"], omega)
+        sideways = filters.acceleration_response(g["K_yddot"], g["K_ydot"], g["tau_y"], omega)
+        channels = [vertical] * 3 + [lateral] * 2 + [upward] * 3 + [sideways] * 2
+        return ca.vertcat(*(c[0] for c in channels)), ca.vertcat(*(c[1] for c in channels))

@@ -1,0 +1,1 @@
+"""Requirements, optimisers, the report's selection procedure, trade-offs, robustness."""

@@ -1,0 +1,1 @@
+"""Gain tables and problem files in and out; reports."""

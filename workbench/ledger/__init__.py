@@ -1,0 +1,1 @@
+"""Every number the report prints beside ours, with a verdict."""

@@ -1,0 +1,129 @@
+"""The one type in which physics and control meet: a state-space system with named states, inputs and outputs.
+
+    vehicle, python-control system or A, B, C, D  -->  Plant  -->  control law, loop, analysis, design
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from workbench.errors import InputError, unknown_name
+from workbench.result import Result, Row
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class Plant(Result):
+    """dx/dt = A x + B u, y = C x + D u, with a name for every signal.
+
+    Parameters
+    ----------
+    A, B, C, D : (n, n), (n, m), (p, n), (p, m) array_like
+        Real and finite.
+    states, inputs, outputs : n, m and p distinct names
+
+    Raises
+    ------
+    InputError
+        If shapes, names or values do not fit together.
+    """
+
+    A: np.ndarray
+    B: np.ndarray
+    C: np.ndarray
+    D: np.ndarray
+    states: tuple[str, ...]
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+    _position: dict[str, dict[str, int]] = field(init=False, compare=False)
+
+    def __post_init__(self) -> None:
+        n, m, p = len(self.states), len(self.inputs), len(self.outputs)
+        for name, shape in (("A", (n, n)), ("B", (n, m)), ("C", (p, n)), ("D", (p, m))):
+            matrix = _real_matrix(name, getattr(self, name))
+            if matrix.shape != shape:
+                raise InputError(
+                    f"matrix {name} must have shape {shape} for {n} states, {m} inputs and {p} outputs; "
+                    f"got {matrix.shape}. Make matrices and names agree."
+                )
+            object.__setattr__(self, name, matrix)
+        position = {}
+        for kind in ("states", "inputs", "outputs"):
+            names = tuple(getattr(self, kind))
+            if len(set(names)) != len(names):
+                raise InputError(f"{kind} must have distinct names; got {list(names)}. Rename the doubled one.")
+            object.__setattr__(self, kind, names)
+            position[kind] = {name: index for index, name in enumerate(names)}
+        object.__setattr__(self, "_position", position)
+
+    @classmethod
+    def from_matrices(cls, A, B, C, D=None) -> "Plant":
+        """A plant with the names x1…, u1…, y1…; D defaults to zero."""
+        A, B, C = (_real_matrix(name, matrix) for name, matrix in (("A", A), ("B", B), ("C", C)))
+        D = np.zeros((C.shape[0], B.shape[1])) if D is None else D
+        names = ([f"{letter}{i + 1}" for i in range(count)] for letter, count in (("x", len(A)), ("u", B.shape[1]), ("y", len(C))))
+        states, inputs, outputs = (tuple(group) for group in names)
+        return cls(A=A, B=B, C=C, D=D, states=states, inputs=inputs, outputs=outputs)
+
+    @classmethod
+    def from_control(cls, system) -> "Plant":
+        """The same system from python-control (StateSpace or TransferFunction, continuous time), with its signal names."""
+        import control
+
+        if getattr(system, "dt", 0) not in (0, None):
+            raise InputError(f"the system must be in continuous time; got sample time {system.dt}. Convert it with d2c first.")
+        ss = control.ss(system)
+        return cls(
+            A=ss.A, B=ss.B, C=ss.C, D=ss.D,
+            states=tuple(ss.state_labels), inputs=tuple(ss.input_labels), outputs=tuple(ss.output_labels),
+        )  # fmt: skip
+
+    def to_control(self):
+        """The same system as a python-control StateSpace."""
+        import control
+
+        return control.ss(
+            self.A, self.B, self.C, self.D,
+            states=list(self.states), inputs=list(self.inputs), outputs=list(self.outputs),
+        )  # fmt: skip
+
+    def index(self, kind: str, names: Sequence[str]) -> list[int]:
+        """Positions of named states, inputs or outputs; a name that is not there is refused with the nearest one."""
+        table = self._position[kind]
+        for name in names:
+            if name not in table:
+                raise unknown_name(kind.rstrip("s"), name, table)
+        return [table[name] for name in names]
+
+    def select(self, *, inputs: Sequence[str] | None = None, outputs: Sequence[str] | None = None) -> "Plant":
+        """The same states seen through some of the inputs and outputs, in the order given."""
+        inputs = self.inputs if inputs is None else tuple(inputs)
+        outputs = self.outputs if outputs is None else tuple(outputs)
+        columns, rows = self.index("inputs", inputs), self.index("outputs", outputs)
+        return Plant(
+            A=self.A, B=self.B[:, columns], C=self.C[rows], D=self.D[np.ix_(rows, columns)],
+            states=self.states, inputs=inputs, outputs=outputs,
+        )  # fmt: skip
+
+    def response(self, omega) -> np.ndarray:
+        """Frequency response C (jωI − A)⁻¹ B + D, (k, p, m) complex, at angular frequencies (k,) [rad/s]."""
+        s = 1j * np.atleast_1d(np.asarray(omega, float))
+        resolvent = s[:, None, None] * np.eye(len(self.A)) - self.A
+        return self.C @ np.linalg.solve(resolvent, np.broadcast_to(self.B, (len(s), *self.B.shape))) + self.D
+
+    def poles(self) -> np.ndarray:
+        """Eigenvalues of A [rad/s]."""
+        return np.linalg.eigvals(self.A)
+
+    def rows(self) -> list[Row]:
+        return [("states", len(self.states), ""), ("inputs", len(self.inputs), ""), ("outputs", len(self.outputs), "")]
+
+
+def _real_matrix(name: str, value) -> np.ndarray:
+    try:
+        matrix = np.array(value, dtype=float, ndmin=2)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"matrix {name} must hold real numbers in rows of equal length; got {str(value)[:80]}.") from error
+    if matrix.ndim != 2 or not np.all(np.isfinite(matrix)):
+        raise InputError(f"matrix {name} must be two-dimensional and finite; got {str(value)[:80]}.")
+    return matrix

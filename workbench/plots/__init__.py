@@ -1,0 +1,1 @@
+"""Pictures: functions that take ax=, return the Axes and never show."""

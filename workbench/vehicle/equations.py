@@ -1,0 +1,127 @@
+"""Nonlinear equations of motion in five degrees of freedom, from rigid-body kinematics and a local force law.
+
+    pose, irregularity --kinematics--> gaps, roll of each coil set --force law--> forces --sums--> accelerations
+
+The longitudinal equation is trivial at constant speed: thrust equals drag. Force equations hold in the inertial frame,
+moment equations in body axes; coil-set forces stay normal to the guideway surfaces. Source: report, Appendix B.2, B.3.
+"""
+
+from dataclasses import dataclass
+
+import casadi as ca
+
+from workbench.constants import GRAVITY
+from workbench.vehicle.parameters import Vehicle
+
+COORDINATES = ("Z", "Theta", "Y", "Phi", "Psi")
+
+
+@dataclass(frozen=True, slots=True)
+class Motion:
+    """Symbols of the equations and what follows from them; columns of SX.
+
+    pose : (5,)  Z, Θ, Y, Φ, Ψ;  velocity : (5,)  dZ/dt, body rate q, dY/dt, body rates p, r
+    alpha, zeta, eta, bank : (n,)  currents, surface rise, wall outward, guideway roll at each coil set
+    external : (5,)  force down, pitch moment, force right, roll moment, yaw moment [N, N m]
+    pose_rate, acceleration : (5,)  time derivatives of pose and velocity
+    gap, gap_lateral : (n,)  gap changes [m];  sensed_z, sensed_y : (n,)  accelerometer readings [m/s²]
+    """
+
+    pose: ca.SX
+    velocity: ca.SX
+    alpha: ca.SX
+    zeta: ca.SX
+    eta: ca.SX
+    bank: ca.SX
+    external: ca.SX
+    pose_rate: ca.SX
+    acceleration: ca.SX
+    gap: ca.SX
+    gap_lateral: ca.SX
+    sensed_z: ca.SX
+    sensed_y: ca.SX
+
+
+def rotation(Phi, Theta, Psi):
+    """Body to inertial axes, (3, 3): yaw, then pitch, then roll (3-2-1)."""
+    cf, sf, ct, st, cp, sp = ca.cos(Phi), ca.sin(Phi), ca.cos(Theta), ca.sin(Theta), ca.cos(Psi), ca.sin(Psi)
+    yaw = ca.vertcat(ca.horzcat(cp, -sp, 0), ca.horzcat(sp, cp, 0), ca.horzcat(0, 0, 1))
+    pitch = ca.vertcat(ca.horzcat(ct, 0, st), ca.horzcat(0, 1, 0), ca.horzcat(-st, 0, ct))
+    roll = ca.vertcat(ca.horzcat(1, 0, 0), ca.horzcat(0, cf, -sf), ca.horzcat(0, sf, cf))
+    return ca.mtimes([yaw, pitch, roll])
+
+
+def gaps(vehicle: Vehicle, pose, zeta, eta):
+    """Changes of gap and lateral gap of each coil set [m], two (n,) columns."""
+    Z, Theta, Y, Phi, Psi = ca.vertsplit(pose)
+    R = rotation(Phi, Theta, Psi)
+    vertical, lateral = [], []
+    for (x, y), side in zip(vehicle.positions, vehicle.sides, strict=True):
+        place = ca.mtimes(R, ca.vertcat(x, y, vehicle.depth))
+        vertical.append(-(Z + place[2] - vehicle.depth))
+        lateral.append(side * (Y + place[1] - y))
+    return ca.vertcat(*vertical) - zeta, ca.vertcat(*lateral) - eta
+
+
+def equations(vehicle: Vehicle) -> Motion:
+    """The equations of motion of a vehicle, in fresh symbols."""
+    n, extras = vehicle.count, vehicle.extras
+    pose, velocity, external = ca.SX.sym("pose", 5), ca.SX.sym("velocity", 5), ca.SX.sym("external", 5)
+    alpha, zeta, eta, bank = (ca.SX.sym(name, n) for name in ("alpha", "zeta", "eta", "bank"))
+    _, Theta, _, Phi, Psi = ca.vertsplit(pose)
+    Z_rate, q, Y_rate, p, r = ca.vertsplit(velocity)
+    R = rotation(Phi, Theta, Psi)
+    swing = q * ca.sin(Phi) + r * ca.cos(Phi)
+    pose_rate = ca.vertcat(
+        Z_rate, q * ca.cos(Phi) - r * ca.sin(Phi), Y_rate, p + swing * ca.tan(Theta), swing / ca.cos(Theta)
+    )
+    gap, gap_lateral = gaps(vehicle, pose, zeta, eta)
+    gap_rate, gap_lateral_rate = (ca.jtimes(g, pose, pose_rate) for g in (gap, gap_lateral))
+
+    force, moment = ca.SX.zeros(3), ca.SX.zeros(3)
+    for i, ((x, y), side) in enumerate(zip(vehicle.positions, vehicle.sides, strict=True)):
+        roll = -side * (Phi - bank[i])
+        lift, lateral, roll_moment = vehicle.force_law.forces(gap[i], gap_lateral[i], roll, alpha[i])
+        lift = lift - extras.lift_damping * gap_rate[i]
+        lateral = lateral - extras.lateral_damping * gap_lateral_rate[i]
+        tilt = bank[i] if extras.bank_reading == "section" else ca.SX(0)
+        at_coil = ca.mtimes(
+            rotation(tilt, 0, 0), ca.vertcat(-vehicle.force_law.drag_ratio * (lift + lateral), side * lateral, -lift)
+        )
+        arm = ca.vertcat(x, y, vehicle.depth)
+        force = force + at_coil
+        moment = moment + ca.cross(arm, ca.mtimes(R.T, at_coil)) + ca.mtimes(R.T, ca.vertcat(-side * roll_moment, 0, 0))
+        if extras.coil_length:
+            share = extras.coil_length**2 / 12
+            F_Lh, F_Ghp = _local_stiffness(vehicle, gap[i], gap_lateral[i], roll, alpha[i])
+            moment = moment + share * ca.vertcat(0, F_Lh * Theta, F_Ghp * Psi)
+    push = ca.mtimes(R, ca.vertcat(extras.thrust, 0, 0))
+    Z_ext, M_ext, Y_ext, L_ext, N_ext = ca.vertsplit(external)
+    Z_acc = GRAVITY + (force[2] + push[2] + Z_ext) / vehicle.mass
+    Y_acc = (force[1] + push[1] + Y_ext) / vehicle.mass
+    A, B, C = vehicle.roll_inertia, vehicle.pitch_inertia, vehicle.yaw_inertia
+    p_acc = (moment[0] + L_ext - (C - B) * q * r) / A
+    q_acc = (moment[1] + M_ext - (A - C) * r * p) / B
+    r_acc = (moment[2] + N_ext - (B - A) * p * q) / C
+
+    sensed_z, sensed_y = [], []
+    omega, omega_rate = ca.vertcat(p, q, r), ca.vertcat(p_acc, q_acc, r_acc)
+    at_cg = ca.mtimes(R.T, ca.vertcat(0, Y_acc, Z_acc))
+    felt = ca.mtimes(R.T, ca.vertcat(0, 0, GRAVITY)) - ca.vertcat(0, 0, GRAVITY) if extras.gravity_term else ca.SX.zeros(3)
+    for (x, y), side in zip(vehicle.positions, vehicle.sides, strict=True):
+        arm = ca.vertcat(x, y, vehicle.depth)
+        local = at_cg + ca.cross(omega_rate, arm) + ca.cross(omega, ca.cross(omega, arm)) - felt
+        sensed_z.append(-local[2])
+        sensed_y.append(side * local[1])
+    return Motion(
+        pose=pose, velocity=velocity, alpha=alpha, zeta=zeta, eta=eta, bank=bank, external=external,
+        pose_rate=pose_rate, acceleration=ca.vertcat(Z_acc, q_acc, Y_acc, p_acc, r_acc),
+        gap=gap, gap_lateral=gap_lateral, sensed_z=ca.vertcat(*sensed_z), sensed_y=ca.vertcat(*sensed_y),
+    )  # fmt: skip
+
+
+def _local_stiffness(vehicle: Vehicle, gap, gap_lateral, roll, alpha):
+    h, hp = ca.SX.sym("h"), ca.SX.sym("hp")
+    lift, lateral, _ = vehicle.force_law.forces(h, hp, roll, alpha)
+    stiffness = ca.vertcat(ca.gradient(lift, h), ca.gradient(lateral, hp))
+    return ca.vertsplit(ca.substitute(stiffness, ca.vertcat(h, hp), ca.vertcat(gap, gap_lateral)))

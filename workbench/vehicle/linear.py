@@ -1,0 +1,115 @@
+"""Linearisation at a checked trim: the matrices of Tables B-1 and B-2, and a Plant with named signals.
+
+    equations --CasADi Jacobians at the trim--> dynamics, inputs --> Linearisation --> Plant (with current loops)
+"""
+
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+
+from workbench.lti import Plant
+from workbench.result import Result, Row
+from workbench.vehicle.equations import COORDINATES, equations
+from workbench.vehicle.parameters import Vehicle
+from workbench.vehicle.trim import Trim, trim
+
+EXTERNAL = ("force_z", "moment_pitch", "force_y", "moment_roll", "moment_yaw")
+SYMMETRIC, ANTISYMMETRIC = (0, 1), (2, 3, 4)  # positions in COORDINATES
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class Linearisation(Result):
+    """I q̈ = stiffness q + damping q̇ + B α + C ζ + D η + bank φ_g + external, q = (Z, Θ, Y, Φ, Ψ) about the trim.
+
+    inertia : (5,) m, B, m, A, C;  stiffness, damping : (5, 5);  current, zeta, eta, bank : (5, n)
+    gap_rows : (2n, 5) displacement of the coil sets;  the sensors' matrices stay with the Plant.
+    """
+
+    trim: Trim
+    inertia: np.ndarray
+    stiffness: np.ndarray
+    damping: np.ndarray
+    current: np.ndarray
+    zeta: np.ndarray
+    eta: np.ndarray
+    bank: np.ndarray
+    plant: Plant
+
+    @property
+    def coupling(self) -> float:
+        """Largest entry that couples (Z, Θ) with (Y, Φ, Ψ), relative to the largest of its kind; 0 where they decouple."""
+        s, a = list(SYMMETRIC), list(ANTISYMMETRIC)
+        worst = 0.0
+        for matrix in (self.stiffness, self.damping):
+            off = max(np.abs(matrix[np.ix_(s, a)]).max(), np.abs(matrix[np.ix_(a, s)]).max())
+            worst = max(worst, off / (np.abs(matrix).max() or 1.0))
+        return float(worst)
+
+    def rows(self) -> list[Row]:
+        named = {"a": self.stiffness, "d": self.damping}
+        out: list[Row] = []
+        for letter, matrix in named.items():
+            if letter == "a" or matrix.any():
+                for group in (SYMMETRIC, ANTISYMMETRIC):
+                    out += [
+                        (f"{letter}({COORDINATES[i]}, {COORDINATES[j]})", float(matrix[i, j]), "") for i in group for j in group
+                    ]
+        return out
+
+
+def linearise(vehicle: Vehicle, at: Trim | None = None) -> Linearisation:
+    """The linear vehicle about a trim; about the nominal pose, held by a constant moment, unless told otherwise.
+
+    The Plant has inputs command_i (α before the current loop, or α itself without lag), zeta_i, eta_i, bank_i and the
+    external loads; outputs are the coordinates, their rates and accelerations, and per coil set current, gap,
+    gap_lateral, acceleration_z and acceleration_y (accelerometer readings, away from the guideway positive).
+    """
+    at = trim(vehicle) if at is None else at
+    vehicle = at.vehicle
+    m = equations(vehicle)
+    n = vehicle.count
+    state = ca.vertcat(m.pose, m.velocity)
+    signals = ca.vertcat(m.alpha, m.zeta, m.eta, m.bank, m.external)
+    rate = ca.vertcat(m.pose_rate, m.acceleration)
+    output = ca.vertcat(m.pose, m.velocity, m.acceleration, m.gap, m.gap_lateral, m.sensed_z, m.sensed_y)
+    jacobians = ca.Function(
+        "linearised", [state, signals], [ca.jacobian(f, x) for f in (rate, output) for x in (state, signals)]
+    )
+    here = np.concatenate([at.pose, np.zeros(5)])
+    inputs = np.concatenate([at.currents, np.zeros(3 * n), at.external])
+    A, B, C, D = (np.array(ca.densify(J)) for J in jacobians(here, inputs))
+    inertia = np.array([vehicle.mass, vehicle.pitch_inertia, vehicle.mass, vehicle.roll_inertia, vehicle.yaw_inertia], float)
+    forces = inertia[:, None] * B[5:]
+    return Linearisation(
+        trim=at, inertia=inertia, stiffness=inertia[:, None] * A[5:, :5], damping=inertia[:, None] * A[5:, 5:],
+        current=forces[:, :n], zeta=forces[:, n : 2 * n], eta=forces[:, 2 * n : 3 * n], bank=forces[:, 3 * n : 4 * n],
+        plant=_plant(vehicle, A, B, C, D),
+    )  # fmt: skip
+
+
+def _plant(vehicle: Vehicle, A, B, C, D) -> Plant:
+    n, lag = vehicle.count, vehicle.extras.current_lag
+    rates = tuple(f"{name}_rate" for name in COORDINATES)
+    sets = range(1, n + 1)
+    per_set = ("gap", "gap_lateral", "acceleration_z", "acceleration_y")
+    states = (*COORDINATES, *rates)
+    exogenous = tuple(f"{kind}_{i}" for kind in ("zeta", "eta", "bank") for i in sets) + EXTERNAL
+    outputs = (*states, *(f"{name}_acceleration" for name in COORDINATES), *(f"{kind}_{i}" for kind in per_set for i in sets))
+    currents = tuple(f"current_{i}" for i in sets)
+    commands = tuple(f"command_{i}" for i in sets)
+    if lag == 0:
+        through = np.hstack([np.eye(n), np.zeros((n, B.shape[1] - n))])
+        return Plant(
+            A=A, B=B, C=np.vstack([C, np.zeros((n, len(A)))]), D=np.vstack([D, through]),
+            states=states, inputs=commands + exogenous, outputs=outputs + currents,
+        )  # fmt: skip
+    size = len(A)
+    A_lag = np.block([[A, B[:, :n]], [np.zeros((n, size)), -np.eye(n) / lag]])
+    B_lag = np.block([[np.zeros((size, n)), B[:, n:]], [np.eye(n) / lag, np.zeros((n, B.shape[1] - n))]])
+    C_lag = np.block([[C, D[:, :n]], [np.zeros((n, size)), np.eye(n)]])
+    D_lag = np.vstack([np.hstack([np.zeros((len(C), n)), D[:, n:]]), np.zeros((n, B.shape[1]))])
+    return Plant(
+        A=A_lag, B=B_lag, C=C_lag, D=D_lag,
+        states=states + currents, inputs=commands + exogenous, outputs=outputs + currents,
+    )  # fmt: skip
