@@ -17,7 +17,6 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from workbench.control import filters
 from workbench.control.gains import GAIN_NAMES, Gains
 from workbench.errors import InputError
 
@@ -97,18 +96,31 @@ class ModalLaw:
             out[rows][VERTICAL_CHANNELS:, w : w + n] = lateral
         return out
 
-    def command_matrix(self, K_heave, K_pitch, K_sway, K_roll, K_yaw):
-        """(n, 5): commands per unit of the five filtered modal signals, numbers or symbols; columns as `CHANNELS`."""
+    def command_columns(self) -> np.ndarray:
+        """(n, 5): commands per unit of each filtered modal signal times its factor; columns as `CHANNELS`."""
         v, w = self._vertical(), self._lateral()
-        columns = [v[:, 0], v[:, 1], w[:, 0], w[:, 0], w[:, 1]]
-        factors = [K_heave, K_pitch, self.depth * (K_sway - K_roll), K_sway, K_yaw]
-        return -ca.horzcat(*(ca.DM(c) * f for c, f in zip(columns, factors, strict=True)))
+        return -np.column_stack([v[:, 0], v[:, 1], self.depth * w[:, 0], w[:, 0], w[:, 1]])
+
+    def modal_matrix(self, gains: Gains) -> np.ndarray:
+        """(5, 5): the scaled modal signals K_i q_i^c (heave, pitch, sway, roll, yaw) from the filtered channels."""
+        out = np.zeros((5, 5))
+        heave, pitch, roll, sway, yaw = range(5)
+        out[0, heave], out[1, pitch] = gains.K_heave, gains.K_pitch
+        out[2, sway], out[2, roll] = gains.K_sway, gains.K_sway * self.depth
+        out[3, roll], out[4, yaw] = gains.K_roll, gains.K_yaw
+        return out
 
     def state_space(self, theta):
         """(A, B, C, D) of the law as SX or DM, from the seventeen parameters in the order of `GAIN_NAMES`.
 
         States: five gap filters, five acceleration filters. Time constants must not be zero here.
         """
+        A, B, C, D = self.filter_bank(theta)
+        resolve = ca.mtimes(ca.DM(self.command_columns()), ca.diag(modal_factors(theta)))
+        return A, B, ca.mtimes(resolve, C), ca.mtimes(resolve, D)
+
+    def filter_bank(self, theta):
+        """(A, B, C, D) from the sensors to the five filtered channels (order of `CHANNELS`), before modal gains."""
         g = dict(zip(GAIN_NAMES, ca.vertsplit(theta), strict=True))
         v, w = VERTICAL_CHANNELS, 5 - VERTICAL_CHANNELS
         tau = ca.vertcat(*[g["tau_h"]] * v, *[g["tau_hp"]] * w, *[g["tau_z"]] * v, *[g["tau_y"]] * w)
@@ -117,15 +129,16 @@ class ModalLaw:
         position = ca.vertcat(*[g["K_h"]] * v, *[g["K_hp"]] * w)
         direct = ca.vertcat(*[g["K_zddot"]] * v, *[g["K_yddot"]] * w)
         measure = ca.DM(self.measurement_matrix())
-        resolve = self.command_matrix(*(g[f"K_{name}"] for name in ("heave", "pitch", "sway", "roll", "yaw")))
         A = ca.diag(-1 / tau)
         B = ca.mtimes(ca.diag(1 / tau), measure)
         through = ca.horzcat(ca.diag(position + rate / tau[:5]), ca.diag(direct))
         filtered = ca.horzcat(ca.diag(-rate / tau[:5]), ca.diag(velocity * tau[5:]))
-        return A, B, ca.mtimes(resolve, filtered), ca.mtimes([resolve, through, measure])
+        return A, B, filtered, ca.mtimes(through, measure)
 
-    def numeric(self, gains: Gains) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    def numeric(self, gains: Gains, resolve: np.ndarray | None = None) -> tuple[np.ndarray, ...]:
         """(A, B, C, D) of the law as arrays; a filter whose gains are all zero is dropped.
+
+        resolve : (k, 5) what makes the outputs of the five filtered channels; the commands if left out.
 
         Raises InputError for a time constant of zero whose rate gain is not: only roots exist then (`loop.roots`).
         """
@@ -140,7 +153,10 @@ class ModalLaw:
         unfiltered = {"K_zdot": 0.0} if gains.tau_z == 0 else {}
         unfiltered |= {"K_ydot": 0.0} if gains.tau_y == 0 else {}
         values = ca.DM(list(safe.with_values(**unfiltered).as_dict().values()))
-        A, B, C, D = (np.array(ca.densify(m)) for m in self.state_space(values))
+        if resolve is None:
+            resolve = self.command_columns() * ca.DM(modal_factors(values)).full().ravel()
+        A, B, C, D = (ca.DM(m).full() for m in self.filter_bank(values))
+        C, D = resolve @ C, resolve @ D
         return A[np.ix_(kept, kept)], B[kept], C[:, kept], D
 
     def kept_filters(self, gains: Gains) -> np.ndarray:
@@ -154,12 +170,11 @@ class ModalLaw:
         names = [f"{kind} filter of {channel}" for kind in ("gap", "acceleration") for channel in CHANNELS]
         return tuple(names[k] for k in kept)
 
-    def response_symbols(self, theta, omega):
-        """Complex gains of the ten modal signals at jω as two (10,) columns (real, imaginary), SX."""
-        g = dict(zip(GAIN_NAMES, ca.vertsplit(theta), strict=True))
-        vertical = filters.gap_response(g["K_h"], g["K_hdot"], g["tau_h"], omega)
-        lateral = filters.gap_response(g["K_hp"], g["K_hpdot"], g["tau_hp"], omega)
-        upward = filters.acceleration_response(g["K_zddot"], g["K_zdot"], g["tau_z"], omega)
-        sideways = filters.acceleration_response(g["K_yddot"], g["K_ydot"], g["tau_y"], omega)
-        channels = [vertical] * 3 + [lateral] * 2 + [upward] * 3 + [sideways] * 2
-        return ca.vertcat(*(c[0] for c in channels)), ca.vertcat(*(c[1] for c in channels))
+
+def modal_factors(theta):
+    """What multiplies each column of `ModalLaw.command_columns`, (5,): numbers or symbols, from the seventeen parameters.
+
+    Roll counts as far as its gain differs from sway's.
+    """
+    g = dict(zip(GAIN_NAMES, ca.vertsplit(theta), strict=True))
+    return ca.vertcat(g["K_heave"], g["K_pitch"], g["K_sway"] - g["K_roll"], g["K_sway"], g["K_yaw"])

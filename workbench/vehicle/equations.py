@@ -11,9 +11,8 @@ from dataclasses import dataclass
 import casadi as ca
 
 from workbench.constants import GRAVITY
+from workbench.lti.signals import COORDINATES as COORDINATES
 from workbench.vehicle.parameters import Vehicle
-
-COORDINATES = ("Z", "Theta", "Y", "Phi", "Psi")
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,8 +9,9 @@ import casadi as ca
 import numpy as np
 
 from workbench.lti import Plant
+from workbench.lti.signals import COORDINATES
 from workbench.result import Result, Row
-from workbench.vehicle.equations import COORDINATES, equations
+from workbench.vehicle.equations import equations
 from workbench.vehicle.parameters import Vehicle
 from workbench.vehicle.trim import Trim, trim
 
@@ -35,16 +36,6 @@ class Linearisation(Result):
     eta: np.ndarray
     bank: np.ndarray
     plant: Plant
-
-    @property
-    def coupling(self) -> float:
-        """Largest entry that couples (Z, Θ) with (Y, Φ, Ψ), relative to the largest of its kind; 0 where they decouple."""
-        s, a = list(SYMMETRIC), list(ANTISYMMETRIC)
-        worst = 0.0
-        for matrix in (self.stiffness, self.damping):
-            off = max(np.abs(matrix[np.ix_(s, a)]).max(), np.abs(matrix[np.ix_(a, s)]).max())
-            worst = max(worst, off / (np.abs(matrix).max() or 1.0))
-        return float(worst)
 
     def rows(self) -> list[Row]:
         named = {"a": self.stiffness, "d": self.damping}
@@ -86,6 +77,15 @@ def linearise(vehicle: Vehicle, at: Trim | None = None) -> Linearisation:
         current=forces[:, :n], zeta=forces[:, n : 2 * n], eta=forces[:, 2 * n : 3 * n], bank=forces[:, 3 * n : 4 * n],
         plant=_plant(vehicle, A, B, C, D),
     )  # fmt: skip
+
+
+def current_forces(at: Trim) -> tuple[float, float, float]:
+    """Derivatives of one coil set's lift [N], lateral force [N] and roll moment [N m] by α, at the nominal pose."""
+    alpha = ca.SX.sym("alpha")
+    forces = at.vehicle.force_law.forces(ca.SX(0), ca.SX(0), ca.SX(0), alpha)
+    slope = ca.Function("slope", [alpha], [ca.vertcat(*(ca.gradient(f, alpha) for f in forces))])
+    lift, lateral, moment = slope(0.0).full().ravel()
+    return float(lift), float(lateral), float(moment)
 
 
 def _plant(vehicle: Vehicle, A, B, C, D) -> Plant:

@@ -10,8 +10,9 @@ import casadi as ca
 import numpy as np
 
 from workbench.errors import InfeasibleError, unknown_name
+from workbench.lti.signals import COORDINATES
 from workbench.result import Result, Row
-from workbench.vehicle.equations import COORDINATES, equations
+from workbench.vehicle.equations import equations
 from workbench.vehicle.parameters import Vehicle
 
 MEANS = ("moment", "currents", "cg", "pose")

@@ -1,0 +1,227 @@
+"""Everything that is measured of a vehicle under given gains, by exact algorithms.
+
+    Setting, Gains --close each group--> poles, modes, sensitivity peaks (Hamiltonian), mean squares (Lyapunov),
+                                         static errors, control power, cost  --> Analysis
+
+Quantities and their names: DEFINITIONS; a group that a problem does not look at leaves its figures empty (None).
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from workbench.analysis.minimal import loop_poles
+from workbench.analysis.mode import Mode, modes_of
+from workbench.analysis.norm import Peak, peak_gain
+from workbench.analysis.power import mechanical_power, resistive_power
+from workbench.analysis.response import Driven, driven, point_acceleration
+from workbench.analysis.setting import Setting
+from workbench.constants import GRAVITY
+from workbench.control import Gains
+from workbench.errors import InputError
+from workbench.loop import Subject
+from workbench.lti import Plant
+from workbench.lti.signals import numbered
+from workbench.result import Result, Row, plain
+
+COST_SCALE = 1e4  # J = 10⁴ Σ mean squares in g²
+COST_POINTS = ("cg", "front", "rear")
+TYPES = ("A1", "A2", "A3", "A4")
+ENDS = ("front", "rear")
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Analysis(Result):
+    """The measured behaviour of a vehicle under given gains; SI units.
+
+    poles : all eigenvalues, nothing cancelled;  loop_poles : those between the current commands and themselves
+    modes : one per oscillatory pair or real pole;  peak_sensitivity : group to Peak of σ_max((I+L)⁻¹)
+    rms : quantity to {place: value}, and `by_type` the same per irregularity type
+    static_error : largest static gap change from accelerometer bias;  control_power_w : to_body, electrical, resistive
+    cost : J = 10⁴ × six weighted mean squares in g²;  values are None where the loop is unstable
+    """
+
+    problem: str
+    gains: Gains
+    stable: bool
+    poles: np.ndarray
+    loop_poles: np.ndarray
+    modes: tuple[Mode, ...]
+    peak_sensitivity: Mapping[str, Peak | None]
+    rms: Mapping[str, Mapping[str, float | None]]
+    by_type: Mapping[str, Mapping[str, Mapping[str, float | None]]]
+    sum_alpha_squared: float | None
+    static_error: Mapping[str, float | None]
+    control_power_w: Mapping[str, float | None]
+    cost: float | None
+
+    @property
+    def damping(self) -> float:
+        """Smallest damping ratio of an oscillatory mode; 1 if none oscillates."""
+        return min((m.damping for m in self.modes if m.oscillates), default=1.0)
+
+    @property
+    def decay(self) -> float:
+        """Decay rate of the slowest pole [1/s]; negative if unstable."""
+        return float(-self.poles.real.max())
+
+    def to_dict(self) -> dict[str, Any]:
+        """Every figure under the names other programs read; complex numbers as [re, im]."""
+        document = plain(self)
+        document["gains"] = self.gains.as_dict()
+        document["peak_sensitivity"] = {k: None if p is None else p.value for k, p in self.peak_sensitivity.items()}
+        document["peak_sensitivity_bracket"] = {
+            k: None if p is None else plain({"lower": p.lower, "upper": p.upper, "frequency_hz": p.frequency / (2 * np.pi)})
+            for k, p in self.peak_sensitivity.items()
+        }
+        return document
+
+    def rows(self) -> list[Row]:
+        out: list[Row] = [
+            ("problem", self.problem, ""),
+            ("stable", self.stable, ""),
+            ("cost J", self.cost, ""),
+            ("smallest damping ratio", self.damping, "1"),
+            ("decay rate", self.decay, "1/s"),
+        ]
+        out += [(f"peak sensitivity, {g}", None if p is None else p.value, "1") for g, p in self.peak_sensitivity.items()]
+        units = {"gap": ("mm", 1e3), "gap_lateral": ("mm", 1e3), "current": ("1", 1.0)}
+        for name, values in self.rms.items():
+            unit, factor = units.get(name, ("m/s²", 1.0))
+            out += [(f"rms {name}, {place}", None if v is None else v * factor, unit) for place, v in values.items()]
+        out.append(("sum of mean square currents", self.sum_alpha_squared, "1"))
+        out += [(f"static {k} error from bias", None if v is None else v * 1e3, "mm") for k, v in self.static_error.items()]
+        out += [(f"control power, {k}", v, "W") for k, v in self.control_power_w.items()]
+        return out
+
+
+def analyse(setting: Setting, gains: Gains, name: str = "") -> Analysis:
+    """The exact measures of a setting under given gains.
+
+    Time constants of zero with a rate gain are refused (`loop.polynomial` gives their roots).
+    """
+    loops = [(s, s.close(gains)) for s in setting.subjects]
+    poles = _in_order(np.concatenate([closed.poles() for _, closed in loops]))
+    at_commands = _in_order(np.concatenate([loop_poles(*s.sensitivity(closed)[:3]) for s, closed in loops]))
+    modes = tuple(mode for s, closed in loops for mode in modes_of(s, closed))
+    stable = bool(poles.real.max() < 0)
+    peaks: dict[str, Peak | None] = {"heave_pitch": None, "sway_roll_yaw": None}
+    for s, closed in loops:
+        peaks["heave_pitch" if s.name == "heave" else s.name] = peak_gain(*s.sensitivity(closed)) if stable else None
+    random = _random(setting, loops) if stable else _Random.empty(setting)
+    static = _static_errors(setting, loops) if stable else {"gap": None, "gap_lateral": None}
+    return Analysis(
+        problem=name, gains=gains, stable=stable, poles=poles, loop_poles=at_commands,
+        modes=tuple(sorted(modes, key=lambda m: m.frequency_hz)), peak_sensitivity=peaks,
+        rms=random.rms, by_type=random.by_type, sum_alpha_squared=random.sum_alpha_squared,
+        static_error=static, control_power_w=random.power, cost=random.cost,
+    )  # fmt: skip
+
+
+def _in_order(poles: np.ndarray) -> np.ndarray:
+    return poles[np.lexsort((poles.imag, np.abs(poles)))]
+
+
+@dataclass(frozen=True, slots=True)
+class _Random:
+    rms: dict[str, dict[str, float | None]]
+    by_type: dict[str, dict[str, dict[str, float | None]]]
+    sum_alpha_squared: float | None
+    power: dict[str, float | None]
+    cost: float | None
+
+    @classmethod
+    def empty(cls, setting: Setting) -> "_Random":
+        """The same names without values, for an unstable loop."""
+        blank = _blank(setting)
+        power = dict.fromkeys(("to_body", "electrical", "resistive"))
+        return cls(blank, {t: _blank(setting) for t in TYPES}, None, power, None)
+
+
+def _blank(setting: Setting) -> dict[str, dict[str, float | None]]:
+    names = {f"{kind}_{d}": list(setting.points) for kind in ("acceleration", "weighted") for d in "zy"}
+    names |= {name: list(ENDS) for name in ("gap", "gap_lateral", "current")}
+    return {name: dict.fromkeys(places) for name, places in names.items()}
+
+
+def _random(setting: Setting, loops: list[tuple[Subject, Plant]]) -> _Random:
+    """Mean squares of all groups, added over groups and over the uncorrelated types."""
+    squares: dict[str, dict[tuple[str, str], float]] = {t: {} for t in TYPES}
+    power = {"to_body": 0.0, "electrical": 0.0}
+    currents = dict.fromkeys(TYPES, 0.0)
+    for s, closed in loops:
+        system = driven(setting, s, closed)
+        state = system.stationary()
+        keys, rows = _outputs(setting, s, system)
+        values = state.mean_squares(rows)
+        amperes = state.mean_squares(system.rows(numbered("current", setting.law.count))).sum(axis=1)
+        body, port = mechanical_power(setting, system, state)
+        power["to_body"] += float(body.sum())
+        power["electrical"] += float(port.sum())
+        for k, kind in enumerate(system.types):
+            currents[kind] += float(amperes[k])
+            for key, value in zip(keys, values[k], strict=True):
+                squares[kind][key] = squares[kind].get(key, 0.0) + float(value)
+    by_type = {t: _nested(setting, squares[t]) for t in TYPES}
+    total: dict[tuple[str, str], float] = {}
+    for one in squares.values():
+        for key, value in one.items():
+            total[key] = total.get(key, 0.0) + value
+    felt = [total.get((f"weighted_{d}", p), 0.0) for d in "zy" for p in COST_POINTS]
+    alpha = sum(currents.values())
+    return _Random(
+        rms=_nested(setting, total), by_type=by_type, sum_alpha_squared=alpha,
+        power={**power, "resistive": resistive_power(setting, alpha)}, cost=COST_SCALE / GRAVITY**2 * sum(felt),
+    )  # fmt: skip
+
+
+def _outputs(setting: Setting, subject: Subject, system: Driven):
+    """Keys (quantity, place) and C rows of the reported outputs that a group contributes to."""
+    keys, rows = [], []
+    names = list(system.outputs)
+    stack = system.rows(names)
+    for (direction, point), row in system.weighted.items():
+        keys.append((f"weighted_{direction}", point))
+        rows.append(row)
+        keys.append((f"acceleration_{direction}", point))
+        rows.append(point_acceleration(names, setting.points[point], direction) @ stack)
+    for end, i in zip(ENDS, setting.ends, strict=True):
+        for kind in ("gap", "gap_lateral", "current"):
+            if kind == "gap_lateral" and set(setting.groups) <= {"heave", "heave_pitch"}:
+                continue  # without sway, roll and yaw the lateral gap is the guideway's own deviation
+            keys.append((kind, end))
+            rows.append(system.outputs[f"{kind}_{i + 1}"])
+    return keys, np.array(rows)
+
+
+def _nested(setting: Setting, squares: dict[tuple[str, str], float]) -> dict[str, dict[str, float | None]]:
+    out = _blank(setting)
+    for (quantity, place), value in squares.items():
+        out[quantity][place] = float(np.sqrt(max(value, 0.0)))
+    return out
+
+
+def _static_errors(setting: Setting, loops: list[tuple[Subject, Plant]]) -> dict[str, float | None]:
+    """Largest static change of a gap over all signs of the accelerometers' biases [m]."""
+    n = setting.law.count
+    sensors = [f"error_{name}" for name in numbered("acceleration_z", n) + numbered("acceleration_y", n)]
+    out: dict[str, float | None] = {}
+    for kind in ("gap", "gap_lateral"):
+        if kind == "gap_lateral" and all("Y" not in s.coordinates for s, _ in loops):
+            out[kind] = None
+            continue
+        total = np.zeros((n, 2 * n))
+        for _, closed in loops:
+            seen = closed.select(inputs=sensors, outputs=numbered(kind, n))
+            total += seen.D - seen.C @ np.linalg.solve(seen.A, seen.B)
+        out[kind] = float(np.abs(total).sum(axis=1).max() * setting.accelerometer_bias)
+    return out
+
+
+def refuse_unfiltered(gains: Gains) -> None:
+    """Raises InputError where a time constant is zero: only roots exist then."""
+    zero = [t for t in ("tau_h", "tau_hp", "tau_z", "tau_y") if getattr(gains, t) == 0]
+    if zero:
+        raise InputError(f"{', '.join(zero)} must be positive where responses are asked for; got 0. Ask for roots only.")

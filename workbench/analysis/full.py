@@ -1,0 +1,121 @@
+"""An analysis with its margins: one channel broken at a time, all channels perturbed at once.
+
+    Setting, Gains --> Analysis;  loop at the current commands --> margins of each α_i, multiloop disk margin
+                                  loop at the modal signals   --> margins of each K_i q_i^c
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from workbench.analysis.analysis import Analysis, analyse
+from workbench.analysis.disk import DiskMargin, disk_margin
+from workbench.analysis.margin import ChannelMargin, channel_margin
+from workbench.analysis.setting import Setting
+from workbench.control import Gains
+from workbench.control.law import CHANNELS
+from workbench.loop.closed import interconnect
+from workbench.lti import Plant
+from workbench.result import Result, Row, figure, plain
+
+MODAL = ("heave", "pitch", "sway", "roll", "yaw")
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class FullAnalysis(Result):
+    """An analysis, and margins where the loop is stable (empty otherwise).
+
+    current_margins : one α_i broken, the others closed;  modal_margins : one K_i q_i^c broken
+    disk : all current commands perturbed at once, balanced disks
+    """
+
+    analysis: Analysis
+    current_margins: tuple[ChannelMargin, ...]
+    modal_margins: tuple[ChannelMargin, ...]
+    disk: DiskMargin | None
+
+    def to_dict(self) -> dict[str, Any]:
+        """The analysis' figures, with `margins` added."""
+        document = self.analysis.to_dict()
+        document["margins"] = {
+            "current": plain(self.current_margins),
+            "modal": plain(self.modal_margins),
+            "disk": None if self.disk is None else {"lower": self.disk.lower, "upper": self.disk.upper, "frequency_hz": self.disk.frequency / (2 * np.pi)},
+        }
+        return document
+
+    def rows(self) -> list[Row]:
+        disk = [] if self.disk is None else [("disk margin, guaranteed", self.disk.lower, "1")]
+        return [*self.analysis.rows(), *disk]
+
+    def tables(self) -> list[tuple[str, tuple[str, ...], list[tuple[str, ...]]]]:
+        """Margin tables as (title, columns, rows of strings)."""
+        columns = ("channel", "gain down", "gain up", "phase [°]", "delay [ms]")
+        out = []
+        for title, margins in (("Margins, one current command broken", self.current_margins), ("Margins, one modal signal broken", self.modal_margins)):
+            rows = [
+                (m.channel, figure(m.gain_down), figure(m.gain_up), figure(float(np.degrees(m.phase))), figure(1e3 * m.delay))
+                for m in margins
+            ]
+            if rows:
+                out.append((title, columns, rows))
+        return out
+
+
+def full_analysis(setting: Setting, gains: Gains, name: str = "") -> FullAnalysis:
+    """The exact measures of a setting under given gains, margins included."""
+    analysis = analyse(setting, gains, name)
+    if not analysis.stable:
+        return FullAnalysis(analysis=analysis, current_margins=(), modal_margins=(), disk=None)
+    whole = _at_commands(setting, gains)
+    modal, channels = _at_modal_signals(setting, gains)
+    count = setting.law.count
+    return FullAnalysis(
+        analysis=analysis,
+        current_margins=tuple(channel_margin(*whole, channel=i, name=f"current {i + 1}") for i in range(count)),
+        modal_margins=tuple(channel_margin(*modal, channel=i, name=c) for i, c in enumerate(channels)),
+        disk=disk_margin(*whole),
+    )  # fmt: skip
+
+
+def _at_commands(setting: Setting, gains: Gains):
+    """(A, B, C, D) of the sensitivity at all current commands, assembled from the groups."""
+    from scipy.linalg import block_diag
+
+    parts = [(s, s.sensitivity(s.close(gains))) for s in setting.subjects]
+    A = block_diag(*(p[0] for _, p in parts))
+    B = np.vstack([p[1] @ s.patterns.T for s, p in parts])
+    C = np.hstack([s.patterns @ p[2] for s, p in parts])
+    rest = np.eye(setting.law.count) - sum(s.patterns @ s.patterns.T for s, _ in parts)  # patterns nobody commands
+    D = sum((s.patterns @ p[3] @ s.patterns.T for s, p in parts), rest)
+    return A, B, C, D
+
+
+def _at_modal_signals(setting: Setting, gains: Gains):
+    """(A, B, C, D) of the sensitivity at the scaled modal signals of the groups looked at, and their names."""
+    from scipy.linalg import block_diag
+
+    law = setting.law
+    resolve = law.modal_matrix(gains)
+    Q = law.displacement_matrix()
+    spread = -np.column_stack([Q[: law.count, :2], Q[law.count :, 2:]])
+    systems, names = [], []
+    for s in setting.subjects:
+        own = [k for k, name in enumerate(MODAL) if CHANNELS.index(name) in s.channels]
+        labels = [MODAL[k] for k in own]
+        plant = s.plant
+        u = plant.index("inputs", s.commands)
+        others = [i for i in range(len(plant.inputs)) if i not in set(u)]
+        into = s.patterns.T @ spread[:, own]
+        through = Plant(
+            A=plant.A, B=np.hstack([plant.B[:, u] @ into, plant.B[:, others]]), C=plant.C,
+            D=np.hstack([plant.D[:, u] @ into, plant.D[:, others]]),
+            states=plant.states, inputs=(*labels, *(plant.inputs[i] for i in others)), outputs=plant.outputs,
+        )  # fmt: skip
+        controller = s.controller(gains, resolve[own])
+        closed = interconnect(through, controller, labels, law.sensors, [f"filter {k}" for k in range(len(controller[0]))])
+        seen = closed.select(inputs=[f"error_{n}" for n in labels], outputs=labels)
+        systems.append((seen.A, seen.B, seen.C, seen.D))
+        names += labels
+    return tuple(block_diag(*(system[k] for system in systems)) for k in range(4)), names

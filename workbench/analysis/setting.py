@@ -1,0 +1,59 @@
+"""What an analysis looks at: a vehicle's plant and law on a guideway, seen at given points by given sensors."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+from workbench.control import ModalLaw
+from workbench.guideway.roughness import Roughness
+from workbench.loop import Subject, subject
+from workbench.lti import Plant
+
+
+@dataclass(frozen=True, kw_only=True)
+class Setting:
+    """A plant and everything around it that responses depend on.
+
+    plant, law : the vehicle without control, and the structure of its control
+    groups : which groups of motion are looked at ("heave_pitch", "sway_roll_yaw", "heave", or "all")
+    speed : [m/s];  guideway : roughness of each irregularity type that acts, of A1 … A4
+    points : name to (x, y, z) from the centre of gravity [m], where the ride is judged
+    accelerometer_bias : constant error of each accelerometer [m/s²]
+    current_forces : derivatives of one coil set's lift [N], lateral force [N] and roll moment [N m] by α
+    coil_resistance : of one control coil per turn squared [Ω];  main_current : ampere-turns of a main coil [A]
+    clearance : nominal gap and lateral gap [m]
+    """
+
+    plant: Plant
+    law: ModalLaw
+    groups: tuple[str, ...]
+    speed: float
+    guideway: Roughness
+    points: Mapping[str, tuple[float, float, float]]
+    accelerometer_bias: float
+    current_forces: tuple[float, float, float]
+    coil_resistance: float
+    main_current: float
+    clearance: tuple[float, float]
+
+    @cached_property
+    def subjects(self) -> tuple[Subject, ...]:
+        """One linear model per group of motion."""
+        return tuple(subject(self.plant, self.law, name) for name in self.groups)
+
+    @property
+    def types(self) -> tuple[str, ...]:
+        """The irregularity types that act."""
+        return self.guideway.types
+
+    @property
+    def ends(self) -> tuple[int, int]:
+        """Positions of a foremost and a hindmost right-hand coil set."""
+        right = [(x, i) for i, (x, y) in enumerate(self.law.positions) if y > 0]
+        return max(right)[1], min(right)[1]
+
+    @property
+    def delay(self) -> float:
+        """Time from a foremost to a hindmost coil set, (a_F + a_R)/V [s]."""
+        x = [p[0] for p in self.law.positions]
+        return (max(x) - min(x)) / self.speed

@@ -1,0 +1,222 @@
+"""From a problem to gains that meet its requirements, verified by algorithms the optimiser did not use.
+
+    seeded starts --solve--> candidates --round to printed digits--> exact analysis --> verdicts --> the best that meets all
+
+When none does: which requirement binds, where, and by how much it misses.
+"""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from workbench.analysis.analysis import Analysis, analyse
+from workbench.analysis.norm import peak_gain
+from workbench.control import Gains
+from workbench.control.gains import GAIN_NAMES
+from workbench.design.problem import Problem
+from workbench.design.requirement import Verdict
+from workbench.design.solve import Outcome, finish, least_violation, relaxed, stable_start
+from workbench.design.steering import Programme
+from workbench.design.verdict import verdicts
+from workbench.errors import InfeasibleError, InputError
+from workbench.result import Result, Row
+
+DIGITS = 6  # significant digits of a gain as printed; the rounded gains are what is verified
+BACK_OFFS = (5e-4, 1e-3, 3e-3, 1e-2)  # relative distance kept from every limit, raised where rounding or the grid crosses it
+SPREADS = (0.3, 0.6, 1.0)  # of random starts around the centre, in typical sizes, in turn
+SAME_COST = 1e-3  # relative; starts that end closer are taken for one valley
+FINISHED = 3  # distinct valleys brought to the wanted sensitivity
+
+# Where random starts are centred: the report's gains with K_heave = K_sway = 1, the lateral filters shortened to 0.2 s,
+# which is what keeps the loop stable when the accelerometers feel gravity (reference: report, C.5 and C.6).
+CENTRE = {
+    "K_h": -2.155, "K_hdot": 0.15, "tau_h": 0.637, "K_hp": 0.0, "K_hpdot": 0.152, "tau_hp": 0.2,
+    "K_zddot": 0.0, "K_zdot": 0.15, "tau_z": 0.637, "K_yddot": -0.01, "K_ydot": 0.152, "tau_y": 0.2,
+    "K_heave": 1.0, "K_pitch": 1.0, "K_sway": 1.0, "K_roll": 1.73, "K_yaw": 6.76,
+}  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class Start(Result):
+    """One start: its number, the cost reached, the largest relative violation, evaluations, and the solver's words."""
+
+    number: int
+    cost: float
+    violation: float
+    evaluations: int
+    message: str
+
+    def rows(self) -> list[Row]:
+        return [("start", self.number, ""), ("cost J", self.cost, ""), ("violation", self.violation, "relative"), ("evaluations", self.evaluations, "")]
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Design(Result):
+    """Gains that meet every requirement of a problem, with the evidence.
+
+    gains : rounded as printed;  analysis : exact measures of these gains;  requirements : verdicts
+    starts : how each start ended;  binding : requirements at their limits;  seed, solver : how to get there again
+    """
+
+    problem: Problem
+    gains: Gains
+    analysis: Analysis
+    requirements: tuple[Verdict, ...]
+    starts: tuple[Start, ...]
+    binding: tuple[str, ...]
+    seed: int
+    solver: str
+
+    def to_dict(self):
+        """The analysis' figures with gains, requirements and starts."""
+        document = self.analysis.to_dict()
+        document["requirements"] = [v.to_dict() for v in self.requirements]
+        document["starts"] = [s.to_dict() for s in self.starts]
+        document["binding"] = list(self.binding)
+        return document
+
+    def rows(self) -> list[Row]:
+        return [
+            ("problem", self.problem.name, ""),
+            ("cost J", self.analysis.cost, ""),
+            ("requirements met", all(v.met for v in self.requirements), ""),
+            *((f"{v.name} {v.sense} {v.limit:g}", v.value, v.unit) for v in self.requirements),
+            *self.gains.rows(),
+        ]
+
+
+def design(
+    problem: Problem,
+    *,
+    starts: int = 8,
+    seed: int = 0,
+    solver: str = "slsqp",
+    start: Gains | None = None,
+    on_start: Callable[[Start], None] | None = None,
+) -> Design:
+    """Chooses the free parameters of a problem to minimise J subject to its requirements.
+
+    Every start is first solved with the peak sensitivity relaxed; the best few that differ are then brought to the
+    wanted limit, rounded and verified, and the cheapest that meets everything is the design.
+
+    Parameters
+    ----------
+    starts : number of seeded starts, random around a centre; with `start` given, the first is those gains
+    solver : "slsqp" or "ipopt"
+    on_start : called after each start, for progress
+
+    Raises
+    ------
+    InfeasibleError
+        If no start meets every requirement: names what binds, where, and by how much it misses.
+    InputError
+        If starts is not positive, nothing is free, or no stable start exists.
+    """
+    if starts < 1:
+        raise InputError(f"the number of starts must be at least 1; got {starts}.")
+    from threadpoolctl import threadpool_limits
+
+    with threadpool_limits(1):  # matrices of order 15 are slower on two threads than on one
+        return _design(problem, starts, seed, solver, start, on_start)
+
+
+def _design(problem, starts, seed, solver, start, on_start) -> Design:
+    generator = np.random.default_rng(seed)
+    programme = Programme(problem, back_off=BACK_OFFS[0])
+    centre = programme.x(start or Gains(**CENTRE))
+    outcomes: list[Outcome] = []
+    log: list[Start] = []
+    for number in range(starts):
+        spread = 0.0 if start is not None and number == 0 else SPREADS[number % len(SPREADS)]
+        try:
+            x = stable_start(programme, centre, generator, spread)
+            outcome = relaxed(programme, x, solver=solver)
+        except KeyboardInterrupt:
+            if not outcomes:
+                raise
+            break  # what was finished is used
+        outcomes.append(outcome)
+        log.append(_entry(number, outcome))
+        if on_start:
+            on_start(log[-1])
+    peaks = lambda x: exact_peaks(problem, programme.gains(x))  # noqa: E731
+    finished = [finish(programme, o.x, peaks, solver=solver) for o in _distinct(outcomes)[:FINISHED]]
+    for outcome in sorted((o for o in finished if o.feasible), key=lambda o: o.cost):
+        found = _verified(problem, programme, outcome, solver)
+        if found is not None:
+            gains, analysis, judged = found
+            return Design(
+                problem=problem, gains=gains, analysis=analysis, requirements=judged, starts=tuple(log),
+                binding=outcome.binding, seed=seed, solver=solver,
+            )  # fmt: skip
+    raise _infeasible(problem, programme, finished)
+
+
+def _entry(number: int, o: Outcome) -> Start:
+    return Start(number=number, cost=o.cost, violation=o.violation, evaluations=o.evaluations, message=o.message)
+
+
+def _distinct(outcomes: list[Outcome]) -> list[Outcome]:
+    """Feasible outcomes by cost, then the others by violation, without those that cost the same as one before."""
+    out: list[Outcome] = []
+    for o in sorted(outcomes, key=lambda o: (not o.feasible, o.cost if o.feasible else o.violation)):
+        if not any(abs(o.cost / other.cost - 1) < SAME_COST and o.feasible == other.feasible for other in out):
+            out.append(o)
+    return out
+
+
+def _verified(problem: Problem, programme: Programme, outcome: Outcome, solver: str):
+    """Rounded gains with exact verdicts all met, moving further from the limits where they are not; None if never."""
+    for back_off in BACK_OFFS:
+        if back_off > BACK_OFFS[0]:
+            programme.set_back_off(back_off)
+            outcome = finish(programme, outcome.x, lambda x: exact_peaks(problem, programme.gains(x)), solver=solver)
+            programme.set_back_off(BACK_OFFS[0])
+        gains = rounded(programme.gains(outcome.x))
+        analysis = analyse(problem.setting, gains, problem.name)
+        judged = verdicts(problem, analysis)
+        if analysis.stable and all(v.met for v in judged):
+            return gains, analysis, judged
+    return None
+
+
+def rounded(gains: Gains) -> Gains:
+    """The same gains to the digits they are printed with."""
+    return Gains(**{name: float(f"{value:.{DIGITS}g}") for name, value in gains.as_dict().items()})
+
+
+def exact_peaks(problem: Problem, gains: Gains) -> list[tuple[int, float, float]]:
+    """(group number, frequency [rad/s], σ_max(S)) at the exact peak of each group; nothing for an unstable one."""
+    out = []
+    for number, subject in enumerate(problem.subjects):
+        closed = subject.close(gains)
+        if closed.poles().real.max() < 0:
+            peak = peak_gain(*subject.sensitivity(closed))
+            if np.isfinite(peak.frequency):
+                out.append((number, peak.frequency, peak.upper))
+    return out
+
+
+def _infeasible(problem: Problem, programme: Programme, outcomes: Iterable[Outcome]) -> InfeasibleError:
+    """The refusal: what misses at the point whose largest relative violation is smallest."""
+    best = min((least_violation(programme, o.x) for o in sorted(outcomes, key=lambda o: o.violation)[:2]), key=lambda o: o.violation)
+    analysis = analyse(problem.setting, rounded(programme.gains(best.x)), problem.name)
+    missed = sorted((v for v in verdicts(problem, analysis) if not v.met), key=lambda v: -_miss(v))
+    if not missed:
+        binding = ", ".join(best.binding[:3]) or "none"
+        return InfeasibleError(f"no start met every requirement of {problem.name!r}; binding: {binding}. Try more --starts.")
+    words = "; ".join(f"{v.sentence()}, a miss of {100 * _miss(v):.2g} %" for v in missed[:4])
+    return InfeasibleError(
+        f"the requirements of {problem.name!r} cannot be met together: {words}. "
+        f"At the limit besides: {', '.join(best.binding[:4])}. Relax one of them, widen a bound or free another gain."
+    )
+
+
+def _miss(v: Verdict) -> float:
+    if v.value is None:
+        return float("inf")
+    return (v.value / v.limit - 1) * (1 if v.sense == "<=" else -1)
+
+
+__all__ = ["GAIN_NAMES", "Design", "Start", "design", "exact_peaks", "rounded"]

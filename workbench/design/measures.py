@@ -1,0 +1,212 @@
+"""The smooth measures that steer an optimiser, with exact gradients by the seventeen parameters.
+
+    per group:  kernel mapped over a frequency grid  -->  mean squares, σ_max(S)² at every node
+                eigenvalues of the state matrix      -->  damping ratios, decay rates
+                the loop at rest                     -->  static gap change from accelerometer bias
+
+Mean squares here are quadratures over a grid, peaks are maxima over its nodes: they steer. What a design reports comes
+from `analysis`, by other algorithms.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+
+from workbench.analysis.response import exciting_types, point_acceleration
+from workbench.analysis.ride import weight
+from workbench.control.gains import GAIN_NAMES
+from workbench.design.compiled import Buffered
+from workbench.design.kernel import Shape, kernel, plant_column
+from workbench.analysis.setting import Setting
+from workbench.guideway.irregularity import TYPES, phasors
+from workbench.loop import Subject
+from workbench.lti.signals import numbered
+
+ABSOLUTE_SMOOTHING = 1e-6  # [m/(m/s²)] in √(x² + ε²): 2e-8 m of 10 mm, far below any digit of a limit
+ENDS = ("front", "rear")
+GAPS = tuple(f"{kind}, {end}" for kind in ("gap", "lateral gap") for end in ENDS)
+
+
+@dataclass(frozen=True, slots=True)
+class Grid:
+    """Frequency nodes [Hz] with quadrature weights [Hz] (Gauss–Legendre panels, equal in log f)."""
+
+    frequency_hz: np.ndarray
+    weight_hz: np.ndarray
+
+    @classmethod
+    def over(cls, edges_hz: Sequence[float], order: int) -> "Grid":
+        """`order` nodes between each two neighbouring edges."""
+        x, w = np.polynomial.legendre.leggauss(order)
+        low, high = np.log(edges_hz[:-1])[:, None], np.log(edges_hz[1:])[:, None]
+        f = np.exp((high + low) / 2 + (high - low) / 2 * x)
+        return cls(f.ravel(), (f * w * (high - low) / 2).ravel())
+
+
+# dense where modes and comfort weights lie; beyond 8 Hz the wheel base makes fringes 8 Hz apart, hence equal steps there
+STEERING = Grid.over((1e-3, 0.02, 0.07, 0.14, 0.25, 0.4, 0.6, 0.85, 1.2, 1.7, 2.4, 3.4, 4.8, 6.8, 9.5, 12.5, 16, 20, 26, 34, 60, 300), 5)
+
+
+@dataclass(frozen=True, slots=True)
+class Values:
+    """Values (k,) with their Jacobian (k, 17)."""
+
+    value: np.ndarray
+    gradient: np.ndarray
+
+
+class GroupMeasures:
+    """Measures of one group of a setting."""
+
+    def __init__(self, setting: Setting, subject: Subject, grid: Grid = STEERING) -> None:
+        self.subject = subject
+        self.types = exciting_types(setting, subject)
+        plant, law = subject.plant, subject.law
+        self._outputs, self._scale = _output_rows(setting, subject, grid.frequency_hz)
+        self.shape = Shape(subject.channels, subject.patterns.shape[1], len(self.types), tuple(len(rows) for _, rows in self._outputs))
+        self.columns = subject.patterns.T @ law.command_columns()[:, list(subject.channels)]
+        self.measure = law.measurement_matrix()[subject.modal_rows]
+        # mean square of class c = Σ_k quadrature[c, k] · value[c, k]; the roughness is inside the values
+        self.quadrature = self._scale * grid.weight_hz
+        self.omega = 2 * np.pi * grid.frequency_hz
+        self._kernel = self._mapped(setting, self.omega)
+        self._setting = setting
+        theta = ca.SX.sym("theta", len(GAIN_NAMES))
+        A = subject.dynamics(theta)
+        slopes = ca.densify(ca.jacobian(ca.vec(A), theta))
+        self._dynamics = Buffered(ca.Function("dynamics", [theta], [ca.densify(A), slopes]))
+        self._matrix = Buffered(ca.Function("state_matrix", [theta], [ca.densify(A)]))
+        self.size = plant.A.shape[0] + len(subject.modal_rows)
+        self._peaks = np.zeros(0)
+
+    @property
+    def classes(self) -> list[str]:
+        """Names of the mean squares, in order."""
+        return [name for name, _ in self._outputs]
+
+    def watch(self, omega: Sequence[float]) -> None:
+        """Adds frequencies [rad/s] at which the sensitivity is measured besides the grid's."""
+        self._peaks = np.unique(np.concatenate([self._peaks, np.asarray(omega, float)]))
+        self._peak_kernel = self._mapped(self._setting, self._peaks)
+
+    def responses(self, theta: np.ndarray) -> tuple[Values, Values]:
+        """Mean squares of the classes, and σ_max(S)² at every node."""
+        value, jacobian = self._evaluate(theta, self._kernel)
+        square = np.einsum("ck,kc->c", self.quadrature, value[:, :-1])
+        slope = np.einsum("ck,kcj->cj", self.quadrature, jacobian[:, :-1])
+        peak, peak_slope = value[:, -1], jacobian[:, -1]
+        if len(self._peaks):
+            more, more_slope = self._evaluate(theta, self._peak_kernel)
+            peak = np.concatenate([peak, more[:, -1]])
+            peak_slope = np.concatenate([peak_slope, more_slope[:, -1]])
+        return Values(square, slope), Values(peak, peak_slope)
+
+    def state_matrix(self, theta: np.ndarray) -> np.ndarray:
+        """State matrix of the group's closed loop."""
+        return self._matrix(theta)[0]
+
+    def eigenvalues(self, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Eigenvalues (n,) of the closed loop and their derivatives (n, 17), complex."""
+        import scipy.linalg
+
+        A, slope = self._dynamics(theta)
+        values, left, right = scipy.linalg.eig(A, left=True)
+        products = left.conj()[:, None, :] * right[None, :, :]  # (i, j, k), against rows i + n j of the slope
+        top = products.transpose(2, 1, 0).reshape(self.size, -1) @ slope
+        bottom = np.einsum("ik,ik->k", left.conj(), right)
+        bottom = np.where(np.abs(bottom) < 1e-14, 1e-14, bottom)  # a defective eigenvalue has no derivative; keep it finite
+        return values, top / bottom[:, None]
+
+    def _mapped(self, setting: Setting, omega: np.ndarray) -> Buffered:
+        one = kernel(self.shape)
+        mapped = one.map(f"{one.name()}_at_{len(omega)}", "serial", len(omega), [0], [])
+        return Buffered(mapped, {1: omega[None, :], 2: self._columns(setting, omega)})
+
+    def _evaluate(self, theta: np.ndarray, function: Buffered) -> tuple[np.ndarray, np.ndarray]:
+        """(K, classes + 1) values and (K, classes + 1, 17) derivatives."""
+        value, jacobian = function(theta)
+        blocks = jacobian.T.reshape(value.shape[1], len(GAIN_NAMES), value.shape[0])
+        return value.T, blocks.transpose(0, 2, 1)
+
+    def _columns(self, setting: Setting, omega: np.ndarray) -> np.ndarray:
+        plant, law, subject = self.subject.plant, self.subject.law, self.subject
+        response = plant.response(omega)
+        u = plant.index("inputs", subject.commands)
+        w = plant.index("inputs", numbered("zeta", law.count) + numbered("eta", law.count))
+        y = plant.index("outputs", law.sensors)
+        chosen = [TYPES.index(t) for t in self.types]
+        density = np.column_stack([setting.guideway.spectra[k].psd_frequency(omega / (2 * np.pi), setting.speed) for k in chosen])
+        wave = phasors(law.positions, setting.speed, omega)[:, :, chosen] * np.sqrt(density)[:, None, :]
+        rows = np.vstack([rows for _, rows in self._outputs])
+        out = []
+        for at, P in enumerate(response):
+            into, wind = P[:, u], P[:, w] @ wave[at]
+            out.append(
+                plant_column(self.columns, self.measure @ into[y], self.measure @ wind[y], rows @ wind, rows @ into)
+            )
+        return np.column_stack(out)
+
+
+def _output_rows(setting: Setting, subject: Subject, frequency_hz: np.ndarray):
+    """Classes of outputs: (name, rows (k, outputs)) and what scales their densities at each frequency, (classes, K)."""
+    plant = subject.plant
+    names = plant.outputs
+    classes: list[tuple[str, np.ndarray]] = []
+    scale = []
+    for direction, weighting in (("z", "Wk"), ("y", "Wd")):
+        felt = weight(weighting).magnitude(frequency_hz) ** 2
+        for point, place in setting.points.items():
+            row = point_acceleration(names, place, direction)
+            if np.abs(row @ _moves(plant)).max() > 0:
+                classes.append((f"acceleration {direction}, {point}", row[None, :]))
+                scale.append(felt)
+    first, last = setting.ends
+    for kind, name in (("gap", "gap"), ("gap_lateral", "lateral gap")):
+        for end, i in (("front", first), ("rear", last)):
+            classes.append((f"{name}, {end}", _unit(names, [f"{kind}_{i + 1}"])))
+            scale.append(np.ones_like(frequency_hz))
+    classes.append(("currents", _unit(names, numbered("current", subject.law.count))))
+    scale.append(np.ones_like(frequency_hz))
+    return classes, np.array(scale)
+
+
+def _moves(plant) -> np.ndarray:
+    return np.hstack([plant.C, plant.D])
+
+
+def _unit(names: Sequence[str], wanted: Sequence[str]) -> np.ndarray:
+    rows = np.zeros((len(wanted), len(names)))
+    for i, name in enumerate(wanted):
+        rows[i, names.index(name)] = 1.0
+    return rows
+
+
+def static_error_function(setting: Setting) -> ca.Function:
+    """theta -> the four static gap changes (order of `GAPS`) from the bias of all accelerometers, worst signs, smoothed."""
+    theta = ca.SX.sym("theta", len(GAIN_NAMES))
+    n = setting.law.count
+    first, last = setting.ends
+    total = ca.SX.zeros(4, 2 * n)
+    for subject in setting.subjects:
+        total = total + _static_response(subject, theta, (first, last))
+    error = ca.sum2(ca.sqrt(total**2 + ABSOLUTE_SMOOTHING**2)) * setting.accelerometer_bias
+    return ca.Function("static_error", [theta], [error, ca.densify(ca.jacobian(error, theta))])
+
+
+def _static_response(subject: Subject, theta, ends: tuple[int, int]):
+    """(4, 2n): static gap, lateral gap at front and rear per unit bias of each accelerometer [m/(m/s²)], symbolic."""
+    plant, law = subject.plant, subject.law
+    n = law.count
+    P = plant.response([0.0])[0].real
+    u, y = plant.index("inputs", subject.commands), plant.index("outputs", law.sensors)
+    gaps = plant.index("outputs", [f"{kind}_{i + 1}" for kind in ("gap", "gap_lateral") for i in ends])
+    A, B, C, D = law.state_space(theta)
+    rows = subject.modal_rows
+    U = ca.DM(subject.patterns)
+    at_rest = D + ca.mtimes(C[:, rows], ca.solve(-A[rows, rows], B[rows, :]))
+    K = ca.mtimes(U.T, at_rest)
+    G = ca.DM(P[np.ix_(y, u)])
+    S = ca.inv(ca.SX.eye(len(u)) - ca.mtimes(K, G))
+    return ca.mtimes([ca.DM(P[np.ix_(gaps, u)]), S, K[:, 2 * n :]])

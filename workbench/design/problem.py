@@ -1,0 +1,103 @@
+"""A design problem: a vehicle on a guideway, what may be changed, and what must hold."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+from workbench.analysis.setting import Setting
+from workbench.control import GAIN_NAMES, Gains, ModalLaw
+from workbench.control.gains import GAIN_UNITS, TIME_CONSTANTS
+from workbench.design.requirement import Requirement
+from workbench.errors import InputError, unknown_name
+from workbench.loop import Subject
+from workbench.result import Result, Row
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Problem(Result):
+    """Everything a design or an analysis starts from.
+
+    name, title : for people
+    setting : plant, law and guideway at the operating point
+    vehicle, rebuild : what the plant was linearised from, and the function that makes a Setting of such a vehicle
+    requirements : limits
+    bounds : allowed interval of each free parameter;  fixed : value of each other parameter
+    approved : gains last approved, if any
+    sample_time : of the discrete filters [s]
+    data_sha256 : of the data file;  sources : block name to source
+    """
+
+    name: str
+    title: str
+    setting: Setting
+    vehicle: Any
+    rebuild: Callable[[Any], Setting]
+    requirements: tuple[Requirement, ...]
+    bounds: Mapping[str, tuple[float, float]]
+    fixed: Mapping[str, float]
+    approved: Gains | None
+    sample_time: float
+    data_sha256: str
+    sources: Mapping[str, str]
+
+    def __post_init__(self) -> None:
+        for name in (*self.bounds, *self.fixed):
+            if name not in GAIN_UNITS:
+                raise unknown_name("gain", name, GAIN_UNITS)
+        both = sorted(set(self.bounds) & set(self.fixed))
+        missing = [name for name in GAIN_NAMES if name not in self.bounds and name not in self.fixed]
+        if both or missing:
+            raise InputError(
+                "every gain must be either bounded (free) or fixed; "
+                f"both: {', '.join(both) or 'none'}, neither: {', '.join(missing) or 'none'}."
+            )
+        for name, (low, high) in self.bounds.items():
+            if not low < high or (name in TIME_CONSTANTS and not low > 0):
+                raise InputError(
+                    f"the bounds of {name} must rise, from a positive value for a time constant; got [{low}, {high}]."
+                )
+
+    @property
+    def free(self) -> tuple[str, ...]:
+        """Names of the free parameters, in the order of `GAIN_NAMES`."""
+        return tuple(name for name in GAIN_NAMES if name in self.bounds)
+
+    @property
+    def law(self) -> ModalLaw:
+        """The control law on the vehicle's coil places."""
+        return self.setting.law
+
+    @property
+    def gains(self) -> Gains | None:
+        """The gains last approved."""
+        return self.approved
+
+    @property
+    def subjects(self) -> tuple[Subject, ...]:
+        """One linear model per group of motion."""
+        return self.setting.subjects
+
+    def with_fixed(self, values: Mapping[str, float]) -> "Problem":
+        """The same problem with some parameters fixed."""
+        for name in values:
+            if name not in GAIN_UNITS:
+                raise unknown_name("gain", name, GAIN_UNITS)
+        bounds = {name: interval for name, interval in self.bounds.items() if name not in values}
+        return replace(self, fixed={**self.fixed, **values}, bounds=bounds)
+
+    def with_vehicle(self, vehicle: Any) -> "Problem":
+        """The same problem for another vehicle or operating point."""
+        return replace(self, vehicle=vehicle, setting=self.rebuild(vehicle))
+
+    def with_requirements(self, requirements) -> "Problem":
+        """The same problem with other limits."""
+        return replace(self, requirements=tuple(requirements))
+
+    def rows(self) -> list[Row]:
+        return [
+            ("problem", self.name, ""),
+            ("title", self.title, ""),
+            ("groups", ", ".join(self.setting.groups), ""),
+            ("free parameters", len(self.free), ""),
+            *((f"{r.name} {r.sense}", r.limit, r.unit) for r in self.requirements),
+        ]

@@ -1,0 +1,88 @@
+"""What a design must satisfy: named limits on quantities of an analysis.
+
+Each quantity is read from an `Analysis`, that is from the exact measures, when a requirement is judged; the optimiser
+steers by smooth measures of the same name (`design.measures`).
+"""
+
+from dataclasses import dataclass
+
+from workbench.errors import InputError, unknown_name
+from workbench.result import Result, Row
+
+# name: (sense, unit, key in data files, factor from the key's unit to SI)
+QUANTITIES = {
+    "damping ratio": (">=", "1", "damping_ratio_at_least", 1.0),
+    "decay rate": (">=", "1/s", "decay_rate_at_least_per_s", 1.0),
+    "peak sensitivity": ("<=", "1", "peak_sensitivity_at_most", 1.0),
+    "rms gap, front": ("<=", "m", "rms_gap_front_at_most_mm", 1e-3),
+    "rms gap, rear": ("<=", "m", "rms_gap_rear_at_most_mm", 1e-3),
+    "rms lateral gap, front": ("<=", "m", "rms_lateral_gap_front_at_most_mm", 1e-3),
+    "rms lateral gap, rear": ("<=", "m", "rms_lateral_gap_rear_at_most_mm", 1e-3),
+    "sum of mean square currents": ("<=", "1", "sum_alpha_squared_at_most", 1.0),
+    "static gap error from bias": ("<=", "m", "static_gap_error_at_most_mm", 1e-3),
+    "static lateral gap error from bias": ("<=", "m", "static_lateral_gap_error_at_most_mm", 1e-3),
+    "peak gap change": ("<=", "m", "peak_gap_change_at_most_mm", 1e-3),
+    "peak lateral gap change": ("<=", "m", "peak_lateral_gap_change_at_most_mm", 1e-3),
+    "vertical ride mask ratio": ("<=", "1", "vertical_ride_mask_ratio_at_most", 1.0),
+    "lateral ride mask ratio": ("<=", "1", "lateral_ride_mask_ratio_at_most", 1.0),
+}
+CLOSE_ENOUGH = 1e-9  # relative; a value at its limit to nine digits is met
+
+
+@dataclass(frozen=True, slots=True)
+class Requirement:
+    """One limit: the quantity must be >= or <= limit (SI units)."""
+
+    name: str
+    limit: float
+
+    def __post_init__(self) -> None:
+        if self.name not in QUANTITIES:
+            raise unknown_name("requirement", self.name, QUANTITIES)
+        if not 0 < self.limit < float("inf"):
+            raise InputError(f"the limit of {self.name!r} must be positive and finite; got {self.limit!r}.")
+
+    @property
+    def sense(self) -> str:
+        """">=" or "<="."""
+        return QUANTITIES[self.name][0]
+
+    @property
+    def unit(self) -> str:
+        """SI unit of limit and value."""
+        return QUANTITIES[self.name][1]
+
+    def shortfall(self, value: float) -> float:
+        """By which fraction of the limit a value misses it; negative or zero where it is met."""
+        gap = value / self.limit - 1.0
+        return gap if self.sense == "<=" else -gap
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class Verdict(Result):
+    """A requirement held against an exact value: what was asked, what is, whether it is met, where it is tightest."""
+
+    name: str
+    sense: str
+    limit: float
+    value: float | None
+    unit: str
+    met: bool
+    where: str
+
+    def rows(self) -> list[Row]:
+        return [("requirement", f"{self.name} {self.sense} {self.limit:g}", self.unit), ("value", self.value, self.unit), ("met", self.met, ""), ("where", self.where, "")]
+
+    def sentence(self) -> str:
+        """How the requirement misses, for a person."""
+        value = "no value (the loop is unstable)" if self.value is None else f"{self.value:.4g} {self.unit}".rstrip(" 1")
+        return f"{self.name!r} must be {self.sense} {self.limit:g} {self.unit}".rstrip(" 1") + f"; best found {value} ({self.where})"
+
+
+def judge(requirement: Requirement, value: float | None, where: str) -> Verdict:
+    """The verdict on one value; None (an unstable loop) is never met."""
+    met = value is not None and requirement.shortfall(value) <= CLOSE_ENOUGH
+    return Verdict(
+        name=requirement.name, sense=requirement.sense, limit=requirement.limit, value=value,
+        unit=requirement.unit, met=met, where=where,
+    )  # fmt: skip

@@ -1,0 +1,54 @@
+"""Requirements held against an analysis: every value from the exact measures, with the place where it is tightest."""
+
+import numpy as np
+
+from workbench.analysis.analysis import Analysis
+from workbench.design.problem import Problem
+from workbench.design.requirement import Requirement, Verdict, judge
+
+PEAK_SIGMAS = 3.0
+ENDS = ("front", "rear")
+
+
+def verdicts(problem: Problem, analysis: Analysis) -> tuple[Verdict, ...]:
+    """One verdict per requirement; the peak sensitivity gets one per group of motion."""
+    return tuple(v for r in problem.requirements for v in _judge(r, analysis))
+
+
+def _judge(requirement: Requirement, a: Analysis) -> list[Verdict]:
+    name = requirement.name
+    if not a.stable and name not in ("damping ratio", "decay rate"):
+        return [judge(requirement, None, "unstable loop")]
+    if name == "damping ratio":
+        worst = min((m for m in a.modes if m.oscillates), key=lambda m: m.damping, default=None)
+        where = "no oscillatory root" if worst is None else f"{worst.name}, {worst.frequency_hz:.3g} Hz"
+        return [judge(requirement, a.damping, where)]
+    if name == "decay rate":
+        slowest = max(a.modes, key=lambda m: m.pole.real)
+        return [judge(requirement, a.decay, f"{slowest.name}, {slowest.frequency_hz:.3g} Hz")]
+    if name == "peak sensitivity":
+        return [
+            judge(requirement, peak.upper, f"{group}, {peak.frequency / (2 * np.pi):.3g} Hz")
+            for group, peak in a.peak_sensitivity.items()
+            if peak is not None
+        ]
+    value, where = _value(name, a)
+    return [judge(requirement, value, where)]
+
+
+def _value(name: str, a: Analysis) -> tuple[float | None, str]:
+    """Value and place of a requirement that is one number of the analysis."""
+    if name.startswith("rms "):
+        end = name.rsplit(", ", 1)[1]
+        return a.rms["gap_lateral" if "lateral" in name else "gap"][end], f"{end} coil sets"
+    if name == "sum of mean square currents":
+        return a.sum_alpha_squared, "all coil sets"
+    kind = "gap_lateral" if "lateral" in name else "gap"
+    if name.startswith("static"):
+        return a.static_error[kind], "worst coil set and signs of bias"
+    static = a.static_error[kind]
+    rms = {end: value for end in ENDS if (value := a.rms[kind][end]) is not None}
+    if static is None or not rms:
+        return None, "not looked at by this problem"
+    end = max(rms, key=lambda e: rms[e])
+    return static + PEAK_SIGMAS * rms[end], f"{end} coil sets, static + 3σ"

@@ -1,0 +1,198 @@
+"""Problems from folders: data.toml checked, problem.py called, approved.json read.
+
+    problems/<name>/data.toml --schema--> ProblemFile --problem.py--> design.Problem
+"""
+
+import hashlib
+import importlib.util
+from dataclasses import replace
+from importlib.resources import files
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from workbench.constants import GRAVITY
+from workbench.analysis.setting import Setting
+from workbench.control import Gains, ModalLaw
+from workbench.design.problem import Problem
+from workbench.design.requirement import QUANTITIES, Requirement
+from workbench.errors import InputError, unknown_name
+from workbench.export.reading import read_mapping, read_text
+from workbench.export.schema import ProblemFile
+from workbench.forces.law import FirstOrderLaw
+from workbench.guideway.irregularity import TYPES
+from workbench.guideway.roughness import Roughness
+from workbench.guideway.spectrum import PowerLaw
+from workbench.vehicle import Extras, Vehicle, current_forces, linearise
+
+
+def shipped_folder() -> Path:
+    """Where the shipped problems lie: beside the package in a checkout, inside it in an installed wheel."""
+    inside = Path(str(files("workbench"))) / "shipped"
+    return inside if inside.is_dir() else Path(str(files("workbench"))).parent / "problems"
+
+
+def shipped_problems() -> dict[str, Path]:
+    """Name to folder of every shipped problem."""
+    folder = shipped_folder()
+    return {path.name: path for path in sorted(folder.iterdir()) if (path / "data.toml").is_file()} if folder.is_dir() else {}
+
+
+def load_problem(name: str) -> Problem:
+    """The problem of a shipped name or of a folder that holds a data.toml.
+
+    Raises
+    ------
+    InputError
+        If there is no such problem, or its data are not usable; the sentence names the key.
+    """
+    known = shipped_problems()
+    folder = known.get(name, Path(name))
+    if not (folder / "data.toml").is_file():
+        if "/" in name or folder.exists():
+            raise InputError(f"a problem's folder must hold data.toml; {name} does not. Name a folder with one, or a shipped problem: {', '.join(known)}.")
+        raise unknown_name("problem", name, known)
+    text = read_text(folder / "data.toml")
+    data = parse_problem(read_mapping(folder / "data.toml"), str(folder / "data.toml"))
+    approved = folder / "approved.json"
+    problem = _builder(folder)(
+        ProblemData(data, folder.resolve().name, hashlib.sha256(text.encode()).hexdigest(), read_gains(approved) if approved.is_file() else None)
+    )
+    if not isinstance(problem, Problem):
+        raise InputError(f"{folder / 'problem.py'} must return a design.Problem; got a {type(problem).__name__}.")
+    return problem
+
+
+def parse_problem(mapping: dict, place: str = "data.toml") -> ProblemFile:
+    """A checked ProblemFile, or an InputError that names the first key at fault."""
+    try:
+        return ProblemFile.model_validate(mapping)
+    except ValidationError as error:
+        raise InputError(_sentence(error, place)) from error
+    except RecursionError as error:
+        raise InputError(f"{place} must not be nested deeply; keep to the keys of a shipped problem.") from error
+
+
+class ProblemData:
+    """What problem.py gets: the checked file, and `build()` that turns it into a Problem."""
+
+    def __init__(self, file: ProblemFile, name: str, sha256: str, approved: Gains | None) -> None:
+        self.file, self.name, self.sha256, self.approved = file, name, sha256, approved
+
+    def vehicle(self) -> Vehicle:
+        """The vehicle at the data's operating point."""
+        v, i, p, f = self.file.vehicle, self.file.inertia, self.file.physics, self.file.force_law
+        return Vehicle.four_corners(
+            front=v.front_arm_m, rear=v.rear_arm_m, half_track=v.half_track_m, depth=v.coil_depth_m,
+            mass=v.weight_n / GRAVITY, roll_inertia=i.roll_kg_m2, pitch_inertia=i.pitch_kg_m2, yaw_inertia=i.yaw_kg_m2,
+            speed=v.speed_m_s,
+            force_law=FirstOrderLaw(lift=f.lift, lateral=f.lateral, moment=f.moment, drag_ratio=1 / f.lift_to_drag),
+            extras=Extras(
+                current_lag=p.current_lag_s, gravity_term=p.gravity_term, coil_length=p.coil_length_m, thrust=p.thrust_n,
+                lift_damping=p.lift_damping_n_s_m, lateral_damping=p.lateral_damping_n_s_m, bank_reading=p.bank_reading,
+            ),
+        )  # fmt: skip
+
+    def requirements(self) -> tuple[Requirement, ...]:
+        """The limits in SI units, in the order of `QUANTITIES`."""
+        given = self.file.requirements.limits() if self.file.requirements else {}
+        return tuple(Requirement(name, given[key] * factor) for name, (_, _, key, factor) in QUANTITIES.items() if key in given)
+
+    def points(self) -> dict[str, tuple[float, float, float]]:
+        """Places at which the ride is judged, (x, y, z) from the cg [m]."""
+        v = self.file.vehicle
+        more = self.file.points.places if self.file.points else {}
+        return {"cg": (0.0, 0.0, 0.0), "front": (v.front_arm_m, 0.0, 0.0), "rear": (-v.rear_arm_m, 0.0, 0.0), **more}
+
+    def roughness(self) -> Roughness:
+        """The guideway: one spectrum for each type of irregularity that acts."""
+        g, track = self.file.guideway, 2 * self.file.vehicle.half_track_m
+        if g.kind == "power_law":
+            one = PowerLaw(
+                roughness=g.roughness_m, corner_frequency_hz=g.corner_frequency_hz, provenance=g.source, extrapolate=True
+            )
+            whole = Roughness.alike(one)
+        elif g.kind == "fra":
+            whole = Roughness.american(g.track_class, extrapolate=g.extrapolate)
+        else:
+            whole = Roughness.german(g.level, track_width=track)
+        return replace(whole, **{name: None for name in TYPES if name not in g.types}, correlation=g.correlation)
+
+    def setting(self, vehicle: Vehicle) -> Setting:
+        """A vehicle linearised at its trim, on the data's guideway."""
+        d, coil = self.file, self.file.control_coil
+        linear = linearise(vehicle)
+        return Setting(
+            plant=linear.plant, law=ModalLaw(linear.trim.vehicle.positions, vehicle.depth), groups=d.problem.groups,
+            speed=vehicle.speed, guideway=self.roughness(), points=self.points(),
+            accelerometer_bias=d.sensors.accelerometer_bias_mg * 1e-3 * GRAVITY,
+            current_forces=current_forces(linear.trim),
+            coil_resistance=coil.resistivity_ohm_m * coil.turn_length_m / (coil.conductor_area_cm2 * 1e-4),
+            main_current=d.force_law.main_current_a_turns, clearance=(d.vehicle.gap_m, d.vehicle.gap_lateral_m),
+        )  # fmt: skip
+
+    def build(self) -> Problem:
+        """The problem as the data describe it."""
+        d = self.file
+        fixed = d.fixed.entries()
+        bounds = d.bounds.entries() if d.bounds else {}
+        vehicle = self.vehicle()
+        return Problem(
+            name=self.name, title=d.problem.title, setting=self.setting(vehicle), vehicle=vehicle, rebuild=self.setting,
+            requirements=self.requirements(), bounds=bounds, fixed=fixed,
+            approved=Gains.from_mapping(fixed) if not bounds else self.approved,
+            sample_time=d.discretisation.sample_time_s,
+            data_sha256=self.sha256, sources={name: block.source for name in d.__class__.model_fields if (block := getattr(d, name)) is not None},
+        )  # fmt: skip
+
+
+def read_gains(path: Path) -> Gains:
+    """Gains from a gain table or from a TOML or JSON mapping of the seventeen names."""
+    mapping = read_mapping(path)
+    inner = mapping.get("gains", mapping)
+    if not isinstance(inner, dict):
+        raise InputError(f"'gains' in {path} must be a mapping of the seventeen names; got a {type(inner).__name__}.")
+    try:
+        return Gains.from_mapping({name: _number(name, value) for name, value in inner.items()})
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error
+
+
+def _number(name: str, value) -> float:
+    if isinstance(value, str):  # decimal strings carry the exact digits that a certificate speaks about
+        try:
+            return float(value)
+        except ValueError as error:
+            raise InputError(f"{name} must be a number; got {value[:60]!r}.") from error
+    return value
+
+
+def _builder(folder: Path):
+    """The function `problem` of the folder's problem.py, or the plain builder where there is none."""
+    path = folder / "problem.py"
+    if not path.is_file():
+        return ProblemData.build
+    spec = importlib.util.spec_from_file_location(f"workbench_problem_{folder.resolve().name}", path)
+    if spec is None or spec.loader is None:
+        raise InputError(f"{path} must be a Python file; it cannot be imported.")
+    module = importlib.util.module_from_spec(spec)
+    try:
+        spec.loader.exec_module(module)
+    except SyntaxError as error:
+        raise InputError(f"{path} must be valid Python; line {error.lineno}: {error.msg}.") from error
+    if not callable(getattr(module, "problem", None)):
+        raise InputError(f"{path} must define problem(data) that returns a design.Problem.")
+    return module.problem
+
+
+def _sentence(error: ValidationError, place: str) -> str:
+    first = error.errors(include_url=False, include_context=False)[0]
+    key = ".".join(str(part) for part in first["loc"])
+    more = f" ({error.error_count() - 1} more after it)" if error.error_count() > 1 else ""
+    if first["type"] == "extra_forbidden":
+        return f"{place}: key {key!r} is not known; check its name and unit against a shipped problem{more}."
+    if first["type"] == "missing":
+        return f"{place}: key {key!r} is missing; add it, with its unit in the name{more}."
+    given = str(first.get("input"))[:60]
+    message = first["msg"].removeprefix("Value error, ")
+    return f"{place}: {key} is not usable: {message}; got {given}{more}." if key else f"{place}: {message}{more}."

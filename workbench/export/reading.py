@@ -1,0 +1,64 @@
+"""Reading files that may be anything: bounded size, bounded depth, data only, one sentence on failure."""
+
+import json
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from workbench.errors import InputError
+
+LARGEST_FILE = 4_000_000  # bytes; a problem is 5 kB, a gain table with evidence below 1 MB
+
+
+def read_text(path: Path) -> str:
+    """The text of a file of reasonable size."""
+    try:
+        size = path.stat().st_size
+        if size > LARGEST_FILE:
+            raise InputError(f"{path} must be at most {LARGEST_FILE} bytes; it has {size}. Give the problem or table itself.")
+        return path.read_text(encoding="utf-8")
+    except OSError as error:
+        raise InputError(f"{path} must be a readable file; {error.strerror or error}. Check the path.") from error
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path} must be UTF-8 text; byte {error.start} is not. Save it as UTF-8.") from error
+
+
+def read_mapping(path: Path) -> dict[str, Any]:
+    """The mapping in a TOML (.toml) or JSON (anything else) file."""
+    text = read_text(path)
+    kind = "TOML" if path.suffix == ".toml" else "JSON"
+    try:
+        document = tomllib.loads(text) if kind == "TOML" else json.loads(text, parse_constant=_refuse_constant)
+    except RecursionError as error:
+        raise InputError(f"{path} must not be nested deeply; give a flat {kind} mapping.") from error
+    except ValueError as error:  # both decoders' errors
+        raise InputError(f"{path} must be valid {kind}; {error}. Mend it there.") from error
+    if not isinstance(document, dict):
+        raise InputError(f"{path} must hold a {kind} mapping; got a {type(document).__name__}.")
+    return document
+
+
+def _refuse_constant(name: str):
+    raise ValueError(f"{name} is not a number JSON allows")
+
+
+def write_text(path: Path, text: str) -> None:
+    """Writes beside and renames, so that a file is either the old one or the whole new one."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        beside = path.with_name(f".{path.name}.part")
+        beside.write_text(text, encoding="utf-8")
+        beside.replace(path)
+    except OSError as error:
+        raise InputError(f"{path} must be writable; {error.strerror or error}. Choose another folder with --out.") from error
+
+
+def check_writable(folder: Path) -> None:
+    """Makes the folder now, so that hours of work do not end at a wrong path."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        probe = folder / ".writable"
+        probe.write_text("", encoding="utf-8")
+        probe.unlink()
+    except OSError as error:
+        raise InputError(f"{folder} must be a folder that can be written to; {error.strerror or error}. Choose another with --out.") from error

@@ -1,0 +1,162 @@
+"""One group of motion as a linear model of its own: coordinates held, channels kept, commands along its patterns.
+
+    Plant of a vehicle --hold the other coordinates at zero, project the currents--> Subject
+
+For a vehicle that is symmetric right to left the groups are exactly decoupled; for one that is not, the coupling is
+measured and a split into groups refused ("all" takes the vehicle whole).
+"""
+
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+
+from workbench.control.gains import GAIN_NAMES, Gains
+from workbench.control.law import CHANNELS, ModalLaw
+from workbench.errors import InputError, unknown_name
+from workbench.loop.closed import interconnect
+from workbench.loop.group import GROUPS, group
+from workbench.lti import Plant
+from workbench.lti.signals import ANTISYMMETRIC, COORDINATES, SYMMETRIC, numbered
+
+SUBJECTS = (*GROUPS, "heave", "all")
+COUPLING_ALLOWED = 1e-9  # relative; rounding leaves 1e-16
+
+
+@dataclass(frozen=True, slots=True)
+class Subject:
+    """A linear model of one group under a modal law.
+
+    plant : inputs pattern_1 … pattern_k (commands along the patterns) and the exogenous ones; the group's states only
+    channels : positions in `control.law.CHANNELS`
+    patterns : (n, k) orthonormal current patterns, commands = patterns · pattern inputs
+    """
+
+    name: str
+    plant: Plant
+    law: ModalLaw
+    coordinates: tuple[str, ...]
+    channels: tuple[int, ...]
+    patterns: np.ndarray
+
+    @property
+    def commands(self) -> tuple[str, ...]:
+        """Names of the pattern commands."""
+        return tuple(f"pattern_{k + 1}" for k in range(self.patterns.shape[1]))
+
+    @property
+    def direct(self) -> bool:
+        """Whether a command passes straight to a sensor: true without the current-loop lag."""
+        rows, columns = self.plant.index("outputs", self.law.sensors), self.plant.index("inputs", self.commands)
+        return bool(self.plant.D[np.ix_(rows, columns)].any())
+
+    @property
+    def modal_rows(self) -> list[int]:
+        """Rows of the law's ten modal signals that this group measures."""
+        return [*self.channels, *(5 + k for k in self.channels)]
+
+    def controller(self, gains: Gains, resolve: np.ndarray | None = None) -> tuple[np.ndarray, ...]:
+        """(A, B, C, D) of the law from all sensors to the pattern commands; a filter without gain is dropped.
+
+        resolve : (k, 5) to have other outputs of the five filtered channels than the pattern commands.
+        """
+        kept, own = self.law.kept_filters(gains), set(self.modal_rows)
+        mine = [k for k, name in enumerate(kept) if name in own]
+        A, B, C, D = self.law.numeric(gains, resolve)
+        out = self.patterns.T if resolve is None else np.eye(len(C))
+        return A[np.ix_(mine, mine)], B[mine], out @ C[:, mine], out @ D
+
+    def close(self, gains: Gains) -> Plant:
+        """The closed loop of the group: inputs as of the plant plus errors of sensors and pattern commands."""
+        kept, own = self.law.kept_filters(gains), set(self.modal_rows)
+        names = self.law.filter_names([k for k in kept if k in own])
+        return interconnect(self.plant, self.controller(gains), self.commands, self.law.sensors, names)
+
+    def sensitivity(self, closed: Plant) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """(A, B, C, D) of (I + L)⁻¹ at the current commands, in the group's patterns."""
+        seen = closed.select(inputs=[f"error_{c}" for c in self.commands], outputs=self.commands)
+        return seen.A, seen.B, seen.C, seen.D
+
+    def dynamics(self, theta: ca.SX) -> ca.SX:
+        """State matrix of the closed loop, symbolic in the seventeen parameters (order of `GAIN_NAMES`).
+
+        The plant must not pass commands straight to its sensors (it has the current-loop lag).
+        """
+        if theta.numel() != len(GAIN_NAMES):
+            raise InputError(f"theta must have {len(GAIN_NAMES)} entries; got {theta.numel()}.")
+        rows = self.modal_rows
+        Ac, Bc, Cc, Dc = self.law.state_space(theta)
+        U = ca.DM(self.patterns)
+        Ac, Bc, Cc, Dc = Ac[rows, rows], Bc[rows, :], ca.mtimes(U.T, Cc[:, rows]), ca.mtimes(U.T, Dc)
+        plant, law = self.plant, self.law
+        u, y = plant.index("inputs", self.commands), plant.index("outputs", law.sensors)
+        Bu, Cy, Dyu = ca.DM(plant.B[:, u]), ca.DM(plant.C[y]), plant.D[np.ix_(y, u)]
+        E = ca.inv(ca.SX.eye(len(u)) - ca.mtimes(Dc, ca.DM(Dyu))) if Dyu.any() else ca.DM.eye(len(u))
+        commands = ca.mtimes(E, ca.horzcat(ca.mtimes(Dc, Cy), Cc))
+        measured = ca.horzcat(Cy, ca.DM.zeros(len(y), len(rows))) + ca.mtimes(ca.DM(Dyu), commands)
+        top = ca.horzcat(ca.DM(plant.A), ca.DM.zeros(len(plant.A), len(rows))) + ca.mtimes(Bu, commands)
+        bottom = ca.mtimes(Bc, measured) + ca.horzcat(ca.DM.zeros(len(rows), len(plant.A)), Ac)
+        return ca.vertcat(top, bottom)
+
+
+def subject(plant: Plant, law: ModalLaw, name: str) -> Subject:
+    """The named group of a vehicle's plant: "heave_pitch", "sway_roll_yaw", "heave" with pitch held, or "all"."""
+    if name not in SUBJECTS:
+        raise unknown_name("group", name, SUBJECTS)
+    if name == "all":
+        return Subject(name, _along(plant, law, np.eye(law.count)), law, COORDINATES, tuple(range(5)), np.eye(law.count))
+    coupled = coupling(plant)
+    if coupled > COUPLING_ALLOWED:
+        raise InputError(
+            "heave/pitch and sway/roll/yaw must be decoupled to be looked at by group; "
+            f"their coupling is {coupled:.2g} of the largest acceleration per displacement. Place the coil sets symmetrically, or take group 'all'."
+        )
+    whole = group("heave_pitch" if name == "heave" else name, law.positions)
+    coordinates, channels, patterns = whole.coordinates, whole.channels, whole.patterns
+    if name == "heave":
+        coordinates, channels, patterns = ("Z",), ("heave",), patterns[:, :1]
+    alone = _hold(_along(plant, law, patterns), coordinates)
+    return Subject(name, alone, law, coordinates, tuple(CHANNELS.index(c) for c in channels), patterns)
+
+
+def coupling(plant: Plant) -> float:
+    """Largest entry of A that couples (Z, Θ) with (Y, Φ, Ψ), relative to the largest of the rates' rows; 0 if decoupled."""
+    groups = [plant.index("states", [*names, *(f"{c}_rate" for c in names)]) for names in (SYMMETRIC, ANTISYMMETRIC)]
+    off = max(np.abs(plant.A[np.ix_(a, b)]).max() for a, b in (groups, groups[::-1]))
+    return float(off / np.abs(plant.A[np.ix_(sum(groups, []), sum(groups, []))]).max())
+
+
+def _along(plant: Plant, law: ModalLaw, patterns: np.ndarray) -> Plant:
+    """The plant with commands, and the currents' states if it has them, along patterns only."""
+    u = plant.index("inputs", law.commands)
+    names = tuple(f"pattern_{k + 1}" for k in range(patterns.shape[1]))
+    others = [i for i in range(len(plant.inputs)) if i not in set(u)]
+    currents = set(numbered("current", law.count)) & set(plant.states)
+    keep = [i for i, s in enumerate(plant.states) if s not in currents]
+    into = np.eye(len(plant.states))[:, keep]
+    states = tuple(plant.states[i] for i in keep)
+    if currents:
+        spread = np.zeros((len(plant.states), patterns.shape[1]))
+        spread[plant.index("states", numbered("current", law.count))] = patterns
+        into, states = np.hstack([into, spread]), states + tuple(f"current of {name}" for name in names)
+    back = into.T  # the columns are orthonormal
+    return Plant(
+        A=back @ plant.A @ into,
+        B=back @ np.hstack([plant.B[:, u] @ patterns, plant.B[:, others]]),
+        C=plant.C @ into,
+        D=np.hstack([plant.D[:, u] @ patterns, plant.D[:, others]]),
+        states=states, inputs=names + tuple(plant.inputs[i] for i in others), outputs=plant.outputs,
+    )  # fmt: skip
+
+
+def _hold(plant: Plant, moving: tuple[str, ...]) -> Plant:
+    """A vehicle's plant with every coordinate but the moving ones held at zero."""
+    held = {c for c in COORDINATES if c not in moving}
+    keep = [i for i, s in enumerate(plant.states) if s not in held and s.removesuffix("_rate") not in held]
+    C, D = plant.C.copy(), plant.D.copy()
+    rows = [i for i, y in enumerate(plant.outputs) if y.removesuffix("_acceleration") in held]
+    C[rows], D[rows] = 0.0, 0.0
+    return Plant(
+        A=plant.A[np.ix_(keep, keep)], B=plant.B[keep], C=C[:, keep], D=D,
+        states=tuple(plant.states[i] for i in keep), inputs=plant.inputs, outputs=plant.outputs,
+    )  # fmt: skip
