@@ -2,4 +2,14 @@
 
 from collections.abc import Callable
 
-COMMANDS: list[Callable] = []
+from workbench.commands.analyse import analyse
+from workbench.commands.design import design
+from workbench.commands.export import export
+from workbench.commands.forces import forces
+from workbench.commands.model import model
+from workbench.commands.motor import motor
+from workbench.commands.problems import problems
+from workbench.commands.propulsion import noise, propulsion
+from workbench.commands.reproduce import reproduce
+
+COMMANDS: list[Callable] = [problems, design, analyse, model, forces, motor, propulsion, noise, reproduce, export]

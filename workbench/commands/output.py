@@ -3,6 +3,7 @@
 import json
 import sys
 from collections.abc import Iterable
+from contextlib import contextmanager
 from typing import Any
 
 from workbench.result import Row, figure, plain
@@ -29,4 +30,21 @@ def emit_table(title: str, columns: Iterable[str], rows: Iterable[Iterable[str]]
         table.add_column(column, justify="left" if number == 0 else "right", overflow="fold")
     for row in rows:
         table.add_row(*row)
-    Console(soft_wrap=False).print(table)
+    Console(markup=False, highlight=False).print(table)
+
+
+@contextmanager
+def progress(quiet: bool):
+    """A function (description, total) -> step(note) that shows bars on a terminal's stderr, and nothing elsewhere."""
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+    console = Console(stderr=True, quiet=quiet or not sys.stderr.isatty())
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TextColumn("{task.fields[note]}"))
+    with Progress(*columns, console=console, transient=True) as bars:
+
+        def show(description: str, total: int):
+            task = bars.add_task(description, total=total, note="")
+            return lambda note: bars.update(task, advance=1, note=note)
+
+        yield show

@@ -1,6 +1,6 @@
 """Problems from folders: data.toml checked, problem.py called, approved.json read.
 
-    problems/<name>/data.toml --schema--> ProblemFile --problem.py--> design.Problem
+problems/<name>/data.toml --schema--> ProblemFile --problem.py--> design.Problem
 """
 
 import hashlib
@@ -11,19 +11,23 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
-from workbench.constants import GRAVITY
 from workbench.analysis.setting import Setting
+from workbench.constants import GRAVITY
 from workbench.control import Gains, ModalLaw
 from workbench.design.problem import Problem
 from workbench.design.requirement import QUANTITIES, Requirement
 from workbench.errors import InputError, unknown_name
+from workbench.export.physics import CornerBlock, OperatingPointBlock, level_flight, printed_law
 from workbench.export.reading import read_mapping, read_text
 from workbench.export.schema import ProblemFile
-from workbench.forces.law import FirstOrderLaw
+from workbench.forces.motor import HybridMotor, VehicleCoil, Winding
 from workbench.guideway.irregularity import TYPES
 from workbench.guideway.roughness import Roughness
 from workbench.guideway.spectrum import PowerLaw
-from workbench.vehicle import Extras, Vehicle, current_forces, linearise
+from workbench.vehicle import Extras, Vehicle, current_forces
+from workbench.vehicle.drive import MotorDrive
+from workbench.vehicle.flight import Flight
+from workbench.vehicle.operating import OperatingPoint, operating_point
 
 
 def shipped_folder() -> Path:
@@ -35,11 +39,15 @@ def shipped_folder() -> Path:
 def shipped_problems() -> dict[str, Path]:
     """Name to folder of every shipped problem."""
     folder = shipped_folder()
-    return {path.name: path for path in sorted(folder.iterdir()) if (path / "data.toml").is_file()} if folder.is_dir() else {}
+    return (
+        {path.name: path for path in sorted(folder.iterdir()) if (path / "data.toml").is_file()}
+        if folder.is_dir()
+        else {}
+    )
 
 
-def load_problem(name: str) -> Problem:
-    """The problem of a shipped name or of a folder that holds a data.toml.
+def load_problem(name: str, *, speed: float | None = None) -> Problem:
+    """The problem of a shipped name or of a folder that holds a data.toml, at the data's speed or another one [m/s].
 
     Raises
     ------
@@ -50,14 +58,20 @@ def load_problem(name: str) -> Problem:
     folder = known.get(name, Path(name))
     if not (folder / "data.toml").is_file():
         if "/" in name or folder.exists():
-            raise InputError(f"a problem's folder must hold data.toml; {name} does not. Name a folder with one, or a shipped problem: {', '.join(known)}.")
+            raise InputError(
+                f"a problem's folder must hold data.toml; {name} does not. Name a folder with one, or a shipped problem: {', '.join(known)}."
+            )
         raise unknown_name("problem", name, known)
     text = read_text(folder / "data.toml")
     data = parse_problem(read_mapping(folder / "data.toml"), str(folder / "data.toml"))
     approved = folder / "approved.json"
-    problem = _builder(folder)(
-        ProblemData(data, folder.resolve().name, hashlib.sha256(text.encode()).hexdigest(), read_gains(approved) if approved.is_file() else None)
+    whole = ProblemData(
+        data,
+        folder.resolve().name,
+        hashlib.sha256(text.encode()).hexdigest(),
+        read_gains(approved) if approved.is_file() else None,
     )
+    problem = _builder(folder)(whole if speed is None else whole.at_speed(speed))
     if not isinstance(problem, Problem):
         raise InputError(f"{folder / 'problem.py'} must return a design.Problem; got a {type(problem).__name__}.")
     return problem
@@ -79,24 +93,51 @@ class ProblemData:
     def __init__(self, file: ProblemFile, name: str, sha256: str, approved: Gains | None) -> None:
         self.file, self.name, self.sha256, self.approved = file, name, sha256, approved
 
+    def at_speed(self, speed: float) -> "ProblemData":
+        """The same data with the operating point at another speed [m/s]; everything else of it stays."""
+        if not 0 < speed < float("inf"):
+            raise InputError(f"the speed must be positive and finite; got {speed!r} m/s. Give metres per second.")
+        given = self.file.operating_point
+        point = given or OperatingPointBlock(source="speed asked for, at otherwise nominal flight")
+        point = point.model_copy(update={"speed_m_s": float(speed)})
+        return ProblemData(
+            self.file.model_copy(update={"operating_point": point}), self.name, self.sha256, self.approved
+        )
+
+    def flight(self) -> Flight | None:
+        """Level flight at the operating point; None where the force law is given by coefficients, at one gap."""
+        law = self.file.force_law
+        return level_flight(law, self.file.vehicle, self.file.operating_point) if isinstance(law, CornerBlock) else None
+
     def vehicle(self) -> Vehicle:
-        """The vehicle at the data's operating point."""
-        v, i, p, f = self.file.vehicle, self.file.inertia, self.file.physics, self.file.force_law
-        return Vehicle.four_corners(
-            front=v.front_arm_m, rear=v.rear_arm_m, half_track=v.half_track_m, depth=v.coil_depth_m,
-            mass=v.weight_n / GRAVITY, roll_inertia=i.roll_kg_m2, pitch_inertia=i.pitch_kg_m2, yaw_inertia=i.yaw_kg_m2,
-            speed=v.speed_m_s,
-            force_law=FirstOrderLaw(lift=f.lift, lateral=f.lateral, moment=f.moment, drag_ratio=1 / f.lift_to_drag),
+        """The vehicle on the force law of the operating point's speed and weight; its mass and centre of gravity nominal."""
+        v, i, p = self.file.vehicle, self.file.inertia, self.file.physics
+        flown = self.flight()
+        return Vehicle(
+            positions=v.positions(), joined=v.joined(), depth=v.coil_depth_m, mass=v.weight_n / GRAVITY,
+            roll_inertia=i.roll_kg_m2, pitch_inertia=i.pitch_kg_m2, yaw_inertia=i.yaw_kg_m2,
+            speed=flown.speed if flown else v.speed_m_s,
+            force_law=flown.law if flown else printed_law(self.file.force_law, v, self.file.operating_point),
             extras=Extras(
                 current_lag=p.current_lag_s, gravity_term=p.gravity_term, coil_length=p.coil_length_m, thrust=p.thrust_n,
                 lift_damping=p.lift_damping_n_s_m, lateral_damping=p.lateral_damping_n_s_m, bank_reading=p.bank_reading,
             ),
         )  # fmt: skip
 
+    def operating_point(self, vehicle: Vehicle | None = None) -> OperatingPoint:
+        """The equilibrium of a vehicle (the data's own if left out) under the data's conditions."""
+        block = self.file.operating_point
+        vehicle = self.vehicle() if vehicle is None else vehicle
+        return operating_point(
+            vehicle, block.conditions() if block else None, balance=block.balance if block else "moment"
+        )
+
     def requirements(self) -> tuple[Requirement, ...]:
         """The limits in SI units, in the order of `QUANTITIES`."""
         given = self.file.requirements.limits() if self.file.requirements else {}
-        return tuple(Requirement(name, given[key] * factor) for name, (_, _, key, factor) in QUANTITIES.items() if key in given)
+        return tuple(
+            Requirement(name, given[key] * factor) for name, (_, _, key, factor) in QUANTITIES.items() if key in given
+        )
 
     def points(self) -> dict[str, tuple[float, float, float]]:
         """Places at which the ride is judged, (x, y, z) from the cg [m]."""
@@ -109,7 +150,10 @@ class ProblemData:
         g, track = self.file.guideway, 2 * self.file.vehicle.half_track_m
         if g.kind == "power_law":
             one = PowerLaw(
-                roughness=g.roughness_m, corner_frequency_hz=g.corner_frequency_hz, provenance=g.source, extrapolate=True
+                roughness=g.roughness_m,
+                corner_frequency_hz=g.corner_frequency_hz,
+                provenance=g.source,
+                extrapolate=True,
             )
             whole = Roughness.alike(one)
         elif g.kind == "fra":
@@ -118,17 +162,35 @@ class ProblemData:
             whole = Roughness.german(g.level, track_width=track)
         return replace(whole, **{name: None for name in TYPES if name not in g.types}, correlation=g.correlation)
 
+    def drive(self) -> MotorDrive | None:
+        """The motor whose currents the law commands, at the thrust it holds; None without one."""
+        m = self.file.motor
+        if m is None:
+            return None
+        winding = Winding(
+            pole_pitch=m.pole_pitch_m, width=m.coil_width_m, length=m.coil_length_m, current=m.rated_current_a
+        )
+        coil = VehicleCoil(width=m.coil_width_m, length=m.coil_length_m, ampere_turns=m.magnet_a_turns)
+        motor = HybridMotor(
+            winding=winding, coil=coil, coils=m.coils_per_side, magnet_offset=m.magnet_offset_m,
+            winding_offset=m.winding_offset_m, drop=m.drop_m,
+        )  # fmt: skip
+        return MotorDrive(motor=motor, thrust=m.thrust_n, current_lag=m.current_lag_s)
+
     def setting(self, vehicle: Vehicle) -> Setting:
-        """A vehicle linearised at its trim, on the data's guideway."""
+        """A vehicle linearised at its operating point, on the data's guideway."""
         d, coil = self.file, self.file.control_coil
-        linear = linearise(vehicle)
+        flown, point = self.flight(), self.operating_point(vehicle)
+        per_command = len(vehicle.groups[0])
         return Setting(
-            plant=linear.plant, law=ModalLaw(linear.trim.vehicle.positions, vehicle.depth), groups=d.problem.groups,
+            plant=point.plant(), law=ModalLaw(point.nominal.vehicle.command_positions, vehicle.depth), groups=d.problem.groups,
             speed=vehicle.speed, guideway=self.roughness(), points=self.points(),
             accelerometer_bias=d.sensors.accelerometer_bias_mg * 1e-3 * GRAVITY,
-            current_forces=current_forces(linear.trim),
-            coil_resistance=coil.resistivity_ohm_m * coil.turn_length_m / (coil.conductor_area_cm2 * 1e-4),
-            main_current=d.force_law.main_current_a_turns, clearance=(d.vehicle.gap_m, d.vehicle.gap_lateral_m),
+            sensor_noise=(d.sensors.gap_noise_um_per_root_hz * 1e-6, d.sensors.acceleration_noise_mm_s2_per_root_hz * 1e-3),
+            current_forces=tuple(per_command * force for force in current_forces(point.trim)),
+            coil_resistance=per_command * coil.resistivity_ohm_m * coil.turn_length_m / (coil.conductor_area_cm2 * 1e-4),
+            main_current=flown.current if flown else d.force_law.main_current_a_turns,
+            clearance=(flown.gap, flown.gap_lateral) if flown else (d.vehicle.gap_m, d.vehicle.gap_lateral_m),
         )  # fmt: skip
 
     def build(self) -> Problem:

@@ -6,36 +6,15 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from workbench.control.gains import GAIN_NAMES
 from workbench.design.requirement import QUANTITIES
+from workbench.export.block import Block, Finite, NotNegative, Positive, Source
+from workbench.export.physics import ForceLawBlock, OperatingPointBlock, VehicleBlock
 
-Finite = Annotated[float, Field(allow_inf_nan=False)]
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 Interval = tuple[Finite, Finite]
-Coefficients = tuple[Finite, Finite, Finite, Finite, Finite]
-Source = Annotated[str, Field(min_length=3, max_length=500)]
-
-
-class Block(BaseModel):
-    """A table of the file: strict types, no unknown keys, and a source."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
-    source: Source
 
 
 class ProblemBlock(Block):
     title: Annotated[str, Field(min_length=3, max_length=200)]
-    groups: tuple[Literal["heave_pitch", "sway_roll_yaw", "heave"], ...] = Field(min_length=1, max_length=2)
-
-
-class VehicleBlock(Block):
-    weight_n: Positive
-    front_arm_m: Positive
-    rear_arm_m: Positive
-    half_track_m: Positive
-    coil_depth_m: Finite
-    gap_m: Positive
-    gap_lateral_m: Positive
-    speed_m_s: Positive
+    groups: tuple[Literal["heave_pitch", "sway_roll_yaw", "heave", "all"], ...] = Field(min_length=1, max_length=2)
 
 
 class InertiaBlock(Block):
@@ -53,16 +32,6 @@ class InertiaBlock(Block):
         if a > b + c or b > a + c or c > a + b:
             raise ValueError(f"no moment of inertia may exceed the sum of the other two; got {a:g}, {b:g}, {c:g} kg m²")
         return self
-
-
-class ForceLawBlock(Block):
-    kind: Literal["first_order"]
-    lift: Coefficients
-    lateral: Coefficients
-    moment: Coefficients
-    order: str = ""
-    lift_to_drag: Positive
-    main_current_a_turns: Positive
 
 
 class PhysicsBlock(Block):
@@ -105,6 +74,8 @@ class GermanBlock(Block):
 
 class SensorsBlock(Block):
     accelerometer_bias_mg: NotNegative
+    gap_noise_um_per_root_hz: NotNegative = 0.0
+    acceleration_noise_mm_s2_per_root_hz: NotNegative = 0.0
 
 
 class ControlCoilBlock(Block):
@@ -113,12 +84,28 @@ class ControlCoilBlock(Block):
     resistivity_ohm_m: Positive
 
 
+class MotorBlock(Block):
+    thrust_n: Finite
+    drop_m: Finite
+    coils_per_side: Annotated[int, Field(ge=1, le=1000)]
+    rated_current_a: Positive
+    magnet_a_turns: Positive
+    pole_pitch_m: Positive
+    coil_width_m: Positive
+    coil_length_m: Positive
+    magnet_offset_m: Positive
+    winding_offset_m: Positive
+    current_lag_s: NotNegative
+
+
 class DiscretisationBlock(Block):
     sample_time_s: Positive
 
 
 class PointsBlock(Block):
-    places: dict[Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]{0,30}$")], tuple[Finite, Finite, Finite]] = Field(max_length=20)
+    places: dict[Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]{0,30}$")], tuple[Finite, Finite, Finite]] = Field(
+        max_length=20
+    )
 
 
 class RequirementsBlock(BaseModel):
@@ -186,6 +173,8 @@ class ProblemFile(BaseModel):
     requirements: RequirementsBlock | None = None
     bounds: BoundsBlock | None = None
     points: PointsBlock | None = None
+    operating_point: OperatingPointBlock | None = None
+    motor: MotorBlock | None = None
 
 
 def _unknown(kind: str, given: str, known) -> str:

@@ -1,0 +1,198 @@
+"""The same gains as CSV, MATLAB file and C header; the header is compiled and run."""
+
+import csv
+import shutil
+import subprocess
+from io import BytesIO, StringIO
+
+import numpy as np
+import pytest
+from scipy.io import loadmat
+from scipy.linalg import expm
+from scipy.signal import cont2discrete, dlsim
+
+from workbench.control import GAIN_UNITS
+from workbench.errors import InputError
+from workbench.export.formats import FORMATS, render, suffix
+
+COMPILER = shutil.which("cc") or shutil.which("gcc")
+needs_compiler = pytest.mark.skipif(COMPILER is None, reason="no C compiler on PATH")
+FLAGS = ["-std=c99", "-O2", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wdouble-promotion", "-Werror"]
+PROGRAM = """
+#include "wb_law.h"
+#include <stdio.h>
+/* doubles in, doubles out: the number of samples, then the samples; again until the input ends */
+int main(void)
+{
+    double count, in[WB_SENSORS];
+    while (fread(&count, sizeof count, 1, stdin) == 1) {
+        wb_state state;
+        wb_init(&state);
+        for (; count > 0.5; count -= 1.0) {
+            wb_real sensors[WB_SENSORS], commands[WB_COMMANDS];
+            double out[WB_COMMANDS];
+            int i;
+            if (fread(in, sizeof(double), WB_SENSORS, stdin) != WB_SENSORS) return 1;
+            for (i = 0; i < WB_SENSORS; i++) sensors[i] = (wb_real)in[i];
+            wb_step(&state, sensors, commands);
+            for (i = 0; i < WB_COMMANDS; i++) out[i] = (double)commands[i];
+            if (fwrite(out, sizeof(double), WB_COMMANDS, stdout) != WB_COMMANDS) return 2;
+        }
+    }
+    return 0;
+}
+"""
+STEPS = 1500  # 1.5 s, nearly twice the slowest time constant (0.84 s)
+T = 1e-3
+
+
+def compiled(table, folder, define=()):
+    """A function from samples (runs, k, sensors) to commands (runs, k, sets), each run from rest."""
+    (folder / "wb_law.h").write_bytes(render(table, "c"))
+    (folder / "main.c").write_text(PROGRAM)
+    subprocess.run([COMPILER, *FLAGS, *define, "main.c", "-o", "law"], cwd=folder, check=True, capture_output=True)
+
+    def run(samples):
+        runs, count, _ = samples.shape
+        feed = b"".join(np.float64(count).tobytes() + np.ascontiguousarray(one).tobytes() for one in samples)
+        done = subprocess.run([folder / "law"], input=feed, check=True, capture_output=True)
+        return np.frombuffer(done.stdout).reshape(runs, count, -1)
+
+    return run
+
+
+@pytest.fixture(scope="module", params=["double", "float"])
+def controller(request, table, tmp_path_factory):
+    # double: ten additions of rounding 1e-16 on commands of size ten; float: 6e-8 times the same, and the rounding of
+    # the slowest filter's state over its memory of 2τ/T = 1700 samples
+    define, tolerance = {"double": ((), 1e-12), "float": (("-DWB_FLOAT",), 1e-4)}[request.param]
+    return compiled(table, tmp_path_factory.mktemp(request.param), define), tolerance
+
+
+def unit_steps():
+    """(16, STEPS, 16): one run per sensor, which stands at 1 from the first sample on."""
+    return np.repeat(np.eye(16)[:, None, :], STEPS, axis=1)
+
+
+@needs_compiler
+def test_the_compiled_step_responses_are_those_of_scipys_tustin_filters(controller, table):
+    run, tolerance = controller
+    A, B, C, D, _ = cont2discrete(table.to_law().numeric(table.to_gains()), T, method="bilinear")
+    steps = unit_steps()
+    exact = np.array([dlsim((A, B, C, D, T), one)[1] for one in steps])
+    assert np.abs(exact).max() > 1  # there is something to compare
+    np.testing.assert_allclose(run(steps), exact, atol=tolerance, rtol=0)  # DEFINITIONS, Discretisation: 1e-12
+
+
+@needs_compiler
+def test_the_compiled_law_follows_noise_as_the_sampled_law_does(controller, table):
+    run, tolerance = controller
+    noise = np.random.default_rng(7).normal(size=(2, STEPS, 16))
+    exact = np.array([table.to_discrete().commands(one) for one in noise])
+    np.testing.assert_allclose(run(noise), exact, atol=tolerance * np.abs(exact).max(), rtol=0)
+
+
+@needs_compiler
+def test_the_compiled_step_responses_stay_within_the_stated_bound_of_the_continuous_law(controller, table):
+    run, tolerance = controller
+    A, B, C, D = table.to_law().numeric(table.to_gains())
+    turn, exact = expm(A * T), np.empty((16, STEPS, 4))
+    for sensor in range(16):
+        settled = -np.linalg.solve(A, B[:, sensor])
+        state = np.zeros(len(A))
+        for k in range(STEPS):
+            exact[sensor, k] = C @ state + D[:, sensor]
+            state = settled + turn @ (state - settled)
+    bound = table.to_discrete().command_step_bound().T  # (16, 4); derived in `control.discrete.discretise`
+    worst = np.abs(run(unit_steps()) - exact).max(axis=1)
+    assert np.all(worst <= bound + tolerance * np.abs(exact).max())
+    assert bound.max() < 0.01 * np.abs(exact).max()  # and the bound says something
+
+
+@needs_compiler
+def test_a_vehicle_with_six_coil_sets_gets_a_header_of_its_size(table, tmp_path):
+    places = [[x, y] for x in ("9.0", "0.5", "-7.65") for y in ("0.965", "-0.965")]
+    six = table.model_copy(update={"law": table.law.model_copy(update={"positions_m": places}), "plant": None})
+    noise = np.random.default_rng(8).normal(size=(1, 300, 24))
+    (own,) = compiled(six, tmp_path)(noise)
+    assert own.shape == (300, 6)
+    np.testing.assert_allclose(own, six.to_discrete().commands(noise[0]), atol=1e-12 * np.abs(own).max(), rtol=0)
+
+
+@needs_compiler
+def test_a_law_with_motors_has_their_commands_after_the_coils(table, tmp_path):
+    from workbench.control import ModalLaw
+
+    plain = table.to_law()
+    law = ModalLaw.with_motor(plain.positions, plain.depth)
+    actuators = [{"name": a.name, "signal": a.signal, "lever": repr(a.lever)} for a in law.actuators]
+    block = type(table.law).model_validate({**table.law.model_dump(), "actuators": actuators})
+    motor = table.model_copy(update={"law": block})
+    assert motor.to_law() == law
+    noise = np.random.default_rng(9).normal(size=(1, 300, 16))
+    (own,) = compiled(motor, tmp_path)(noise)
+    assert own.shape == (300, 8)
+    np.testing.assert_allclose(own, motor.to_discrete().commands(noise[0]), atol=1e-12 * np.abs(own).max(), rtol=0)
+    text = render(motor, "c").decode("ascii")
+    assert "command_motor_d_right, command_motor_d_left: for sway" in text
+
+
+@needs_compiler
+def test_a_title_cannot_leave_its_comment(table, tmp_path):
+    evil = 'x */ #error "out" /* ??/ \\ \n#error line'
+    text = render(table.model_copy(update={"title": evil, "problem": evil}), "c")
+    (tmp_path / "wb_law.h").write_bytes(text)
+    (tmp_path / "main.c").write_text(PROGRAM)
+    subprocess.run([COMPILER, *FLAGS, "-c", "main.c"], cwd=tmp_path, check=True, capture_output=True)
+
+
+def test_the_header_names_what_it_came_from(table):
+    text = render(table, "c").decode("ascii")
+    for fact in (table.digest, table.data_sha256, table.created, "K_h       = -1.03219", "WB_R(0.001) /* s */"):
+        assert fact in text
+    assert "malloc" not in text
+
+
+def test_csv_has_the_seventeen_digits_as_printed_with_their_units(table):
+    rows = list(csv.reader(StringIO(render(table, "csv").decode("utf-8"))))
+    assert rows[0] == ["name", "value", "unit"]
+    assert {name: value for name, value, _ in rows[1:]} == table.gains
+    assert {name: unit for name, _, unit in rows[1:]} == GAIN_UNITS
+
+
+def test_a_matlab_file_holds_gains_filters_and_the_sampled_law(table):
+    found = loadmat(BytesIO(render(table, "mat")), simplify_cells=True)
+    assert found["gains"] == table.to_gains().as_dict()
+    law = table.to_discrete()
+    numerator, denominator = law.transfer_functions()
+    np.testing.assert_array_equal(found["filters"]["numerator"], numerator)
+    np.testing.assert_array_equal(found["filters"]["denominator"], denominator)
+    for name, matrix in zip("ABCD", law.state_space(), strict=True):
+        np.testing.assert_array_equal(found["discrete"][name], matrix)
+    assert found["discrete"]["Ts"] == law.sample_time
+    for name, matrix in zip("ABCD", table.to_law().numeric(table.to_gains()), strict=True):
+        np.testing.assert_array_equal(found["continuous"][name], matrix)
+    assert list(found["law"]["sensors"]) == list(table.to_law().sensors)
+    assert found["provenance"]["digest"] == table.digest
+    np.testing.assert_array_equal(found["plant"]["A"], table.to_plant().A)
+
+
+def test_json_is_the_tables_own_file(table, tmp_path):
+    from workbench.export.table import read_table
+
+    (tmp_path / "t.json").write_bytes(render(table, "json"))
+    assert read_table(tmp_path / "t.json") == table
+
+
+def test_each_format_has_an_ending_and_an_unknown_one_is_refused(table):
+    assert [suffix(f) for f in FORMATS] == [".csv", ".json", ".mat", ".h"]
+    with pytest.raises(InputError, match="unknown format 'cvs'; did you mean 'csv'"):
+        render(table, "cvs")
+
+
+def test_a_law_too_fast_for_its_sample_time_is_refused_for_the_digital_formats_only(table):
+    slow = table.model_copy(update={"law": table.law.model_copy(update={"sample_time_s": "0.2"})})
+    for format in ("c", "mat"):
+        with pytest.raises(InputError, match=r"at most the filter's time constant tau_hp = 0\.105972 s"):
+            render(slow, format)
+    assert render(slow, "csv") == render(table, "csv")

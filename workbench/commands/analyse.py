@@ -1,0 +1,36 @@
+"""`workbench analyse`: what given gains do."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from workbench.commands.problems import Json
+
+Name = Annotated[str, typer.Argument(metavar="PROBLEM", help="A shipped problem, or a folder with data.toml.")]
+
+
+def analyse(
+    problem: Name,
+    gains: Annotated[Path | None, typer.Option(help="Gain table, or TOML/JSON mapping of the seventeen names; the approved gains if left out.")] = None,
+    json: Json = False,
+) -> None:
+    """Poles, damping, margins, ride, stroke, current and power for given gains."""
+    from workbench.analysis.full import full_analysis
+    from workbench.commands.output import emit_json, emit_rows, emit_table
+    from workbench.errors import InputError
+    from workbench.export.problem import load_problem, read_gains
+    from workbench.result import figure
+
+    loaded = load_problem(problem)
+    chosen = read_gains(gains) if gains else loaded.approved
+    if chosen is None:
+        raise InputError(f"problem {problem!r} has no approved gains; give some with --gains FILE, or run 'workbench design {problem}'.")
+    result = full_analysis(loaded.setting, chosen, loaded.name)
+    if json:
+        emit_json(result.to_dict())
+        return
+    emit_rows(f"{loaded.title}", result.analysis.rows())
+    emit_table("Modes", ("mode", "frequency [Hz]", "damping"), [(m.name, figure(m.frequency_hz), figure(m.damping)) for m in result.analysis.modes])
+    for title, columns, rows in result.tables():
+        emit_table(title, columns, rows)

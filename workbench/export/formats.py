@@ -1,0 +1,73 @@
+"""One gain table in the formats others read: JSON as it is, CSV, MATLAB, C.
+
+    csv   name,value,unit: a header row, then one row for each of the seventeen parameters, values as in the table
+    mat   `export.matlab`;   c   `export.c_header`;   json   the table's own file
+
+CSV has the unit in a column of its own, not in a second header row, so that every reader of CSV gets numbers in the
+column `value` without being told to skip anything.
+"""
+
+import csv
+from collections.abc import Callable
+from io import StringIO
+from pathlib import Path
+
+from workbench.control import GAIN_NAMES, GAIN_UNITS
+from workbench.errors import InputError, unknown_name
+from workbench.export.c_header import c_header
+from workbench.export.matlab import mat_bytes
+from workbench.export.table import GainTable, table_json
+
+
+def csv_text(table: GainTable) -> str:
+    """The seventeen parameters as name, value, unit."""
+    stream = StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(["name", "value", "unit"])
+    writer.writerows([name, table.gains[name], GAIN_UNITS[name]] for name in GAIN_NAMES)
+    return stream.getvalue()
+
+
+_WRITERS: dict[str, tuple[str, Callable[[GainTable], str | bytes]]] = {
+    "csv": (".csv", csv_text),
+    "json": (".json", table_json),
+    "mat": (".mat", mat_bytes),
+    "c": (".h", c_header),
+}
+FORMATS = tuple(_WRITERS)
+
+
+def suffix(format: str) -> str:
+    """The ending of a file in a format."""
+    return _writer(format)[0]
+
+
+def render(table: GainTable, format: str) -> bytes:
+    """A table in the named format: "csv", "json", "mat" or "c".
+
+    Raises
+    ------
+    InputError
+        If the format is not one of them, or the law cannot run at the table's sample time ("mat" and "c").
+    """
+    content = _writer(format)[1](table)
+    return content if isinstance(content, bytes) else content.encode("utf-8")
+
+
+def write_bytes(path: Path, content: bytes) -> None:
+    """Writes beside and renames, so that a file is either the old one or the whole new one."""
+    beside = path.with_name(f".{path.name}.part")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        beside.write_bytes(content)
+        beside.replace(path)
+    except OSError as error:
+        raise InputError(
+            f"{path} must be writable; {error.strerror or error}. Choose another place with --out."
+        ) from error
+
+
+def _writer(format: str) -> tuple[str, Callable[[GainTable], str | bytes]]:
+    if format not in _WRITERS:
+        raise unknown_name("format", str(format), _WRITERS)
+    return _WRITERS[format]

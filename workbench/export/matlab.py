@@ -1,0 +1,66 @@
+"""A gain table as a MATLAB file: gains, discrete filters and law matrices under names ready for Simulink.
+
+    gains        K_h … K_yaw, as numbers
+    filters      names, numerator, denominator (rows for 'Discrete Filter'), direct, memory, advance
+    discrete     A, B, C, D, Ts of the whole sampled law, for 'Discrete State-Space'
+    continuous   A, B, C, D of the law before sampling, for 'State-Space'
+    law          measurement, resolution, positions, depth, sensors, commands
+    plant        A, B, C, D, states, inputs, outputs, where the table holds it
+    provenance   problem, title, created, digest, data_sha256, versions
+
+Each is a struct. Commands are law.resolution times the five filtered channels; those are filters times law.measurement
+times the sensors, gaps and accelerations added.
+"""
+
+from io import BytesIO
+from typing import Any
+
+import numpy as np
+
+from workbench.export.table import GainTable
+
+
+def mat_bytes(table: GainTable) -> bytes:
+    """The MATLAB 5 file. Raises InputError where the law cannot run at the table's sample time."""
+    from scipy.io import savemat
+
+    stream = BytesIO()
+    savemat(stream, mat_variables(table), long_field_names=True, oned_as="column")
+    return stream.getvalue()
+
+
+def mat_variables(table: GainTable) -> dict[str, dict[str, Any]]:
+    """Variable name to struct, as the module's map lists them."""
+    law, gains, sampled = table.to_law(), table.to_gains(), table.to_discrete()
+    numerator, denominator = sampled.transfer_functions()
+    discrete = dict(zip("ABCD", sampled.state_space(), strict=True)) | {"Ts": sampled.sample_time}
+    variables: dict[str, dict[str, Any]] = {
+        "gains": dict(gains.as_dict()),
+        "filters": {
+            "names": _cells(sampled.channels), "numerator": numerator, "denominator": denominator,
+            "advance": sampled.advance, "direct": sampled.direct, "memory": sampled.memory,
+        },
+        "discrete": discrete,
+        "continuous": dict(zip("ABCD", law.numeric(gains), strict=True)),
+        "law": {
+            "measurement": sampled.measurement, "resolution": sampled.resolution,
+            "positions": np.array(law.positions), "depth": law.depth,
+            "sensors": _cells(law.sensors), "commands": _cells(law.commands),
+        },
+        "provenance": {
+            "problem": table.problem, "title": table.title, "created": table.created, "digest": table.digest,
+            "data_sha256": table.data_sha256, "versions": table.versions.model_dump(),
+        },
+    }  # fmt: skip
+    plant = table.to_plant()
+    if plant is not None:
+        names = {kind: _cells(getattr(plant, kind)) for kind in ("states", "inputs", "outputs")}
+        variables["plant"] = {k: getattr(plant, k) for k in "ABCD"} | names
+    return variables
+
+
+def _cells(names) -> np.ndarray:
+    """A column of a MATLAB cell array."""
+    cells = np.empty((len(names), 1), dtype=object)
+    cells[:, 0] = names
+    return cells

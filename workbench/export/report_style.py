@@ -1,0 +1,142 @@
+"""How the report looks: one style sheet for screen, phone, dark rooms and paper; figures that follow it.
+
+    draw(ax) --matplotlib in a reserved palette--> SVG --colours become CSS variables, ids become unique--> inline <svg>
+
+Each colour of a figure is one of `PALETTE`, light and dark; text stays text. Nothing refers to anything outside.
+"""
+
+import re
+from collections.abc import Callable
+from html import escape
+from io import StringIO
+from typing import Any
+
+# CSS variable: (what figures are drawn with and what light screens and paper show, what dark screens show)
+PALETTE = {
+    "--series-0": ("#1d5fa6", "#82b6f2"),
+    "--series-1": ("#b8560a", "#f2a65e"),
+    "--series-2": ("#2b7a4b", "#7fd3a0"),
+    "--series-3": ("#b0281f", "#ff8f84"),
+    "--series-4": ("#6b4aa0", "#c3a6f5"),
+    "--series-5": ("#0e7480", "#6fd2de"),
+    "--ink": ("#1b1e23", "#e7e9ec"),
+    "--rule": ("#b9bec6", "#4a5058"),
+}
+SERIES = [light for name, (light, _) in PALETTE.items() if name.startswith("--series")]
+
+_RC = {
+    "svg.fonttype": "none",
+    "svg.hashsalt": "maglev-workbench",
+    "figure.facecolor": "none",
+    "axes.facecolor": "none",
+    "savefig.facecolor": "none",
+    "text.color": PALETTE["--ink"][0],
+    "axes.labelcolor": PALETTE["--ink"][0],
+    "axes.edgecolor": PALETTE["--ink"][0],
+    "axes.titlecolor": PALETTE["--ink"][0],
+    "xtick.color": PALETTE["--ink"][0],
+    "ytick.color": PALETTE["--ink"][0],
+    "grid.color": PALETTE["--rule"][0],
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.titlesize": 11,
+    "axes.titleweight": "bold",
+    "font.size": 9.5,
+    "legend.fontsize": 8.5,
+}
+_FRAME = (0.13, 0.13, 0.85, 0.78)  # of the axes in a figure: room for labels of the sizes above
+
+
+def svg_figure(draw: Callable[[Any], Any], name: str, label: str, *, size: tuple[float, float] = (5.4, 3.7)) -> str:
+    """What `draw(ax)` draws, as an inline <svg> that follows the style sheet.
+
+    name : prefix of the ids inside, unique in the document;  label : for those who cannot see it;  size : inches
+    """
+    import matplotlib
+    from cycler import cycler
+    from matplotlib.figure import Figure
+
+    with matplotlib.rc_context({**_RC, "axes.prop_cycle": cycler(color=SERIES)}):
+        figure = Figure(figsize=size)
+        draw(figure.add_axes(_FRAME))
+        stream = StringIO()
+        figure.savefig(stream, format="svg", metadata={"Date": None})
+    svg = stream.getvalue()
+    svg = svg[svg.index("<svg") :]
+    svg = re.sub(r"\s*<metadata>.*?</metadata>", "", svg, flags=re.DOTALL)
+    svg = re.sub(r'(<svg[^>]*?) width="[^"]*"', r"\1", svg, count=1)
+    svg = re.sub(r'(<svg[^>]*?) height="[^"]*"', r"\1", svg, count=1)
+    svg = re.sub(r'\bid="', f'id="{name}-', svg)
+    svg = re.sub(r'href="#', f'href="#{name}-', svg)
+    svg = svg.replace("url(#", f"url(#{name}-")
+    for variable, (light, _) in PALETTE.items():
+        svg = svg.replace(light, f"var({variable})")
+    svg = svg.replace("#000000", "var(--ink)")  # black of a picture that chooses its own
+    return svg.replace("<svg", f'<svg role="img" aria-label="{escape(label)}"', 1).strip()
+
+
+def figure_block(svg: str, caption: str, columns: list[str], rows: list[list[str]], note: str = "") -> str:
+    """A figure with its caption, and its numbers folded away beneath."""
+    words = f"Numbers{f' ({note})' if note else ''}"
+    return (
+        f"<figure>{svg}<figcaption>{escape(caption)}</figcaption>"
+        f"<details><summary>{escape(words)}</summary>{table_block(columns, rows)}</details></figure>"
+    )
+
+
+def table_block(columns: list[str], rows: list[list[str]], *, caption: str = "") -> str:
+    """A table; the first column names the row. Cells are text."""
+    head = "".join(f'<th scope="col">{escape(c)}</th>' for c in columns)
+    body = "".join(
+        f'<tr><th scope="row">{escape(row[0])}</th>' + "".join(f"<td>{escape(cell)}</td>" for cell in row[1:]) + "</tr>"
+        for row in rows
+    )
+    title = f"<caption>{escape(caption)}</caption>" if caption else ""
+    return f'<div class="wide"><table>{title}<thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>'
+
+
+def style_sheet() -> str:
+    """The whole CSS."""
+    light = "".join(f"{name}:{colour};" for name, (colour, _) in PALETTE.items())
+    dark = "".join(f"{name}:{colour};" for name, (_, colour) in PALETTE.items())
+    return _CSS.replace("/*light*/", light).replace("/*dark*/", dark)
+
+
+_CSS = """
+:root{/*light*/--paper:#ffffff;--panel:#f4f5f7;--soft:#5a616b;--good:#2b7a4b;--bad:#b0281f;color-scheme:light dark}
+@media (prefers-color-scheme:dark){
+:root{/*dark*/--paper:#14171b;--panel:#1e2227;--soft:#a3abb5;--good:#7fd3a0;--bad:#ff8f84}}
+@media print{:root{/*light*/--paper:#fff;--panel:#fff;--soft:#444;--good:#1c5c37;--bad:#8c1d15;color-scheme:light}}
+*{box-sizing:border-box}
+body{margin:0 auto;padding:1.5rem clamp(1rem,4vw,2.5rem) 4rem;max-width:74rem;background:var(--paper);color:var(--ink);
+font:1rem/1.5 system-ui,-apple-system,"Segoe UI",sans-serif}
+h1{font-size:clamp(1.35rem,3.2vw,2rem);line-height:1.2;margin:.2rem 0 .6rem}
+h2{font-size:1.2rem;margin:2.4rem 0 .7rem;padding-top:.5rem;border-top:1px solid var(--rule)}
+p{max-width:46rem;margin:.5rem 0}
+.quiet,figcaption,summary,caption{color:var(--soft);font-size:.88rem}
+.verdict{display:inline-block;padding:.2rem .75rem;border-radius:1rem;border:1.5px solid currentColor;font-weight:600}
+.met{color:var(--good)}.missed{color:var(--bad)}
+.tiles{display:grid;grid-template-columns:repeat(auto-fit,minmax(9.5rem,1fr));gap:.7rem;margin:1.2rem 0}
+.tile{background:var(--panel);border-radius:.5rem;padding:.65rem .85rem}
+.tile b{display:block;font-size:1.3rem;font-variant-numeric:tabular-nums}
+.wide{overflow-x:auto;margin:.6rem 0}
+table{border-collapse:collapse;font-size:.92rem;font-variant-numeric:tabular-nums}
+caption{text-align:left;padding-bottom:.3rem}
+th,td{padding:.28rem .8rem .28rem 0;text-align:right;border-bottom:1px solid var(--rule);vertical-align:top}
+th{font-weight:500}thead th{color:var(--soft);font-size:.85rem;vertical-align:bottom}
+th:first-child,td.text,th.text{text-align:left}
+td.text{max-width:22rem}td:not(.text){white-space:nowrap}
+.bar{display:inline-block;width:6rem;height:.55rem;background:var(--panel);border:1px solid var(--rule);
+border-radius:.2rem;overflow:hidden}
+.bar i{display:block;height:100%;background:currentColor;-webkit-print-color-adjust:exact;print-color-adjust:exact}
+.figures{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(100%,26rem),1fr));gap:1.4rem 1.8rem}
+figure{margin:0;min-width:0}
+figure svg{display:block;width:100%;height:auto;max-width:40rem}
+figcaption{margin:.2rem 0 .3rem}
+summary{cursor:pointer}
+details table{font-size:.8rem}
+.mono{font-family:ui-monospace,Menlo,Consolas,monospace;font-size:.85rem;overflow-wrap:anywhere}
+@media (max-width:40rem){table{font-size:.82rem}.bar{display:none}th,td{padding-right:.55rem}}
+@media print{body{max-width:none;padding:0;font-size:10pt}.figures{grid-template-columns:1fr 1fr}
+figure,tr,.tile{break-inside:avoid}h2{break-after:avoid}figure details{display:none}.wide{overflow:visible}}
+"""
