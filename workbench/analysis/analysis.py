@@ -14,13 +14,14 @@ import numpy as np
 
 from workbench.analysis.minimal import loop_poles
 from workbench.analysis.mode import Mode, modes_of
+from workbench.analysis.motor import MotorWork, motor_squares, motor_work
 from workbench.analysis.norm import Peak, peak_gain
 from workbench.analysis.power import mechanical_power, resistive_power
 from workbench.analysis.response import Driven, driven, point_acceleration
+from workbench.analysis.sensor import noise_rms, static_errors
 from workbench.analysis.setting import Setting
 from workbench.constants import GRAVITY
 from workbench.control import Gains
-from workbench.errors import InputError
 from workbench.loop import Subject
 from workbench.lti import Plant
 from workbench.lti.signals import numbered
@@ -30,6 +31,7 @@ COST_SCALE = 1e4  # J = 10⁴ Σ mean squares in g²
 COST_POINTS = ("cg", "front", "rear")
 TYPES = ("A1", "A2", "A3", "A4")
 ENDS = ("front", "rear")
+PEAK_SIGMAS = 3.0
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -40,6 +42,10 @@ class Analysis(Result):
     modes : one per oscillatory pair or real pole;  peak_sensitivity : group to Peak of σ_max((I+L)⁻¹)
     rms : quantity to {place: value}, and `by_type` the same per irregularity type
     static_error : largest static gap change from accelerometer bias;  control_power_w : to_body, electrical, resistive
+    sensor_noise_rms : rms gap, gap_lateral, current from sensor noise alone, worst coil set
+    peak_gap_change : static error + 3σ of guideway and sensor noise, gap and gap_lateral, worst end [m]
+    clearance : nominal gap and gap_lateral [m]
+    motor : what control asks of a motor; None without one
     cost : J = 10⁴ × six weighted mean squares in g²;  values are None where the loop is unstable
     """
 
@@ -54,8 +60,12 @@ class Analysis(Result):
     by_type: Mapping[str, Mapping[str, Mapping[str, float | None]]]
     sum_alpha_squared: float | None
     static_error: Mapping[str, float | None]
+    sensor_noise_rms: Mapping[str, float | None]
+    peak_gap_change: Mapping[str, float | None]
+    clearance: Mapping[str, float]
     control_power_w: Mapping[str, float | None]
     cost: float | None
+    motor: MotorWork | None = None
 
     @property
     def damping(self) -> float:
@@ -71,6 +81,8 @@ class Analysis(Result):
         """Every figure under the names other programs read; complex numbers as [re, im]."""
         document = plain(self)
         document["gains"] = self.gains.as_dict()
+        if self.motor is None:
+            del document["motor"]
         document["peak_sensitivity"] = {k: None if p is None else p.value for k, p in self.peak_sensitivity.items()}
         document["peak_sensitivity_bracket"] = {
             k: None if p is None else plain({"lower": p.lower, "upper": p.upper, "frequency_hz": p.frequency / (2 * np.pi)})
@@ -93,8 +105,9 @@ class Analysis(Result):
             out += [(f"rms {name}, {place}", None if v is None else v * factor, unit) for place, v in values.items()]
         out.append(("sum of mean square currents", self.sum_alpha_squared, "1"))
         out += [(f"static {k} error from bias", None if v is None else v * 1e3, "mm") for k, v in self.static_error.items()]
+        out += [(f"peak {k} change (static + 3σ)", None if v is None else v * 1e3, "mm") for k, v in self.peak_gap_change.items()]
         out += [(f"control power, {k}", v, "W") for k, v in self.control_power_w.items()]
-        return out
+        return out + ([] if self.motor is None else self.motor.rows())
 
 
 def analyse(setting: Setting, gains: Gains, name: str = "") -> Analysis:
@@ -111,12 +124,15 @@ def analyse(setting: Setting, gains: Gains, name: str = "") -> Analysis:
     for s, closed in loops:
         peaks["heave_pitch" if s.name == "heave" else s.name] = peak_gain(*s.sensitivity(closed)) if stable else None
     random = _random(setting, loops) if stable else _Random.empty(setting)
-    static = _static_errors(setting, loops) if stable else {"gap": None, "gap_lateral": None}
+    static = static_errors(setting, loops) if stable else {"gap": None, "gap_lateral": None}
+    noise = noise_rms(setting, loops) if stable else dict.fromkeys(("gap", "gap_lateral", "current"))
     return Analysis(
         problem=name, gains=gains, stable=stable, poles=poles, loop_poles=at_commands,
         modes=tuple(sorted(modes, key=lambda m: m.frequency_hz)), peak_sensitivity=peaks,
         rms=random.rms, by_type=random.by_type, sum_alpha_squared=random.sum_alpha_squared,
-        static_error=static, control_power_w=random.power, cost=random.cost,
+        static_error=static, sensor_noise_rms=noise, peak_gap_change=_peaks(random.rms, static, noise),
+        clearance=dict(zip(("gap", "gap_lateral"), setting.clearance, strict=True)), control_power_w=random.power, cost=random.cost,
+        motor=motor_work(setting, loops, random.motor_squares, random.motor_power),
     )  # fmt: skip
 
 
@@ -131,6 +147,8 @@ class _Random:
     sum_alpha_squared: float | None
     power: dict[str, float | None]
     cost: float | None
+    motor_squares: np.ndarray | None = None
+    motor_power: float | None = None
 
     @classmethod
     def empty(cls, setting: Setting) -> "_Random":
@@ -150,6 +168,7 @@ def _random(setting: Setting, loops: list[tuple[Subject, Plant]]) -> _Random:
     """Mean squares of all groups, added over groups and over the uncorrelated types."""
     squares: dict[str, dict[tuple[str, str], float]] = {t: {} for t in TYPES}
     power = {"to_body": 0.0, "electrical": 0.0}
+    motor, motor_power = np.zeros(4), 0.0
     currents = dict.fromkeys(TYPES, 0.0)
     for s, closed in loops:
         system = driven(setting, s, closed)
@@ -160,6 +179,8 @@ def _random(setting: Setting, loops: list[tuple[Subject, Plant]]) -> _Random:
         body, port = mechanical_power(setting, system, state)
         power["to_body"] += float(body.sum())
         power["electrical"] += float(port.sum())
+        drawn, work = motor_squares(setting, system, state)
+        motor, motor_power = motor + drawn, motor_power + work
         for k, kind in enumerate(system.types):
             currents[kind] += float(amperes[k])
             for key, value in zip(keys, values[k], strict=True):
@@ -174,6 +195,7 @@ def _random(setting: Setting, loops: list[tuple[Subject, Plant]]) -> _Random:
     return _Random(
         rms=_nested(setting, total), by_type=by_type, sum_alpha_squared=alpha,
         power={**power, "resistive": resistive_power(setting, alpha)}, cost=COST_SCALE / GRAVITY**2 * sum(felt),
+        motor_squares=motor, motor_power=motor_power,
     )  # fmt: skip
 
 
@@ -203,25 +225,11 @@ def _nested(setting: Setting, squares: dict[tuple[str, str], float]) -> dict[str
     return out
 
 
-def _static_errors(setting: Setting, loops: list[tuple[Subject, Plant]]) -> dict[str, float | None]:
-    """Largest static change of a gap over all signs of the accelerometers' biases [m]."""
-    n = setting.law.count
-    sensors = [f"error_{name}" for name in numbered("acceleration_z", n) + numbered("acceleration_y", n)]
+def _peaks(rms, static, noise) -> dict[str, float | None]:
+    """Static error + 3σ of guideway and sensor noise together, at the worse end; None where one of them is."""
     out: dict[str, float | None] = {}
     for kind in ("gap", "gap_lateral"):
-        if kind == "gap_lateral" and all("Y" not in s.coordinates for s, _ in loops):
-            out[kind] = None
-            continue
-        total = np.zeros((n, 2 * n))
-        for _, closed in loops:
-            seen = closed.select(inputs=sensors, outputs=numbered(kind, n))
-            total += seen.D - seen.C @ np.linalg.solve(seen.A, seen.B)
-        out[kind] = float(np.abs(total).sum(axis=1).max() * setting.accelerometer_bias)
+        ends = [v for v in rms[kind].values() if v is not None]
+        known = static[kind] is not None and noise[kind] is not None and ends
+        out[kind] = static[kind] + PEAK_SIGMAS * float(np.hypot(max(ends), noise[kind])) if known else None
     return out
-
-
-def refuse_unfiltered(gains: Gains) -> None:
-    """Raises InputError where a time constant is zero: only roots exist then."""
-    zero = [t for t in ("tau_h", "tau_hp", "tau_z", "tau_y") if getattr(gains, t) == 0]
-    if zero:
-        raise InputError(f"{', '.join(zero)} must be positive where responses are asked for; got 0. Ask for roots only.")

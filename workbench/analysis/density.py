@@ -75,7 +75,7 @@ def _adaptive(psd: Psd, low: float, high: float) -> tuple[np.ndarray, ...]:
         left, right, octave, whole = left[~still], right[~still], octave[~still], half[~still]
         if len(left) > 20_000 or (len(left) and np.min(right - left) < 1e-12):
             raise InputError(
-                f"a PSD function must be smooth enough to integrate; got one that is not near {np.exp(left[0]):.4g} Hz. "
+                f"a PSD function must be smooth enough to integrate; got one that is not at {np.exp(left[0]):.4g} Hz. "
                 "Give it as arrays refined around its peaks and jumps."
             )
     f, width, density = (np.concatenate([part[at].ravel() for part in kept]) for at in range(3))

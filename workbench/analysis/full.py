@@ -14,12 +14,11 @@ from workbench.analysis.disk import DiskMargin, disk_margin
 from workbench.analysis.margin import ChannelMargin, channel_margin
 from workbench.analysis.setting import Setting
 from workbench.control import Gains
-from workbench.control.law import CHANNELS
+from workbench.control.law import CHANNELS, MODAL
+from workbench.loop import Subject, subject
 from workbench.loop.closed import interconnect
 from workbench.lti import Plant
 from workbench.result import Result, Row, figure, plain
-
-MODAL = ("heave", "pitch", "sway", "roll", "yaw")
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -70,10 +69,10 @@ def full_analysis(setting: Setting, gains: Gains, name: str = "") -> FullAnalysi
         return FullAnalysis(analysis=analysis, current_margins=(), modal_margins=(), disk=None)
     whole = _at_commands(setting, gains)
     modal, channels = _at_modal_signals(setting, gains)
-    count = setting.law.count
+    names = [name.replace("_", " ") for name in setting.law.currents]
     return FullAnalysis(
         analysis=analysis,
-        current_margins=tuple(channel_margin(*whole, channel=i, name=f"current {i + 1}") for i in range(count)),
+        current_margins=tuple(channel_margin(*whole, channel=i, name=name) for i, name in enumerate(names)),
         modal_margins=tuple(channel_margin(*modal, channel=i, name=c) for i, c in enumerate(channels)),
         disk=disk_margin(*whole),
     )  # fmt: skip
@@ -83,13 +82,20 @@ def _at_commands(setting: Setting, gains: Gains):
     """(A, B, C, D) of the sensitivity at all current commands, assembled from the groups."""
     from scipy.linalg import block_diag
 
-    parts = [(s, s.sensitivity(s.close(gains))) for s in setting.subjects]
+    parts = [(s, s.sensitivity(s.close(gains))) for s in _with_unused(setting)]
     A = block_diag(*(p[0] for _, p in parts))
     B = np.vstack([p[1] @ s.patterns.T for s, p in parts])
     C = np.hstack([s.patterns @ p[2] for s, p in parts])
-    rest = np.eye(setting.law.count) - sum(s.patterns @ s.patterns.T for s, _ in parts)  # patterns nobody commands
+    rest = np.eye(len(setting.law.commands)) - sum(s.patterns @ s.patterns.T for s, _ in parts)  # patterns nobody commands
     D = sum((s.patterns @ p[3] @ s.patterns.T for s, p in parts), rest)
     return A, B, C, D
+
+
+def _with_unused(setting: Setting) -> tuple[Subject, ...]:
+    """The groups with every coil pattern: an error of one current reaches the others through all of them."""
+    if not setting.law.split:
+        return setting.subjects
+    return tuple(subject(setting.plant, setting.law, s.name, unused=s.name != "heave") for s in setting.subjects)
 
 
 def _at_modal_signals(setting: Setting, gains: Gains):
@@ -97,9 +103,7 @@ def _at_modal_signals(setting: Setting, gains: Gains):
     from scipy.linalg import block_diag
 
     law = setting.law
-    resolve = law.modal_matrix(gains)
-    Q = law.displacement_matrix()
-    spread = -np.column_stack([Q[: law.count, :2], Q[law.count :, 2:]])
+    resolve, spread = law.modal_matrix(gains), law.modal_spread()
     systems, names = [], []
     for s in setting.subjects:
         own = [k for k, name in enumerate(MODAL) if CHANNELS.index(name) in s.channels]

@@ -4,10 +4,26 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
+import numpy as np
+
 from workbench.control import ModalLaw
 from workbench.guideway.roughness import Roughness
 from workbench.loop import Subject, subject
 from workbench.lti import Plant
+
+
+@dataclass(frozen=True, kw_only=True)
+class MotorPoint:
+    """A motor about the working point that holds the thrust; its commands count in rated currents.
+
+    rated_current, working_current : peak phase current, and i_q on each side at rest [A];  thrust : held [N]
+    forces : (5, 4) force and moment on (Z, Θ, Y, Φ, Ψ) per unit of i_d right, left, i_q right, left [N, N m]
+    """
+
+    rated_current: float
+    working_current: float
+    thrust: float
+    forces: np.ndarray
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -19,9 +35,11 @@ class Setting:
     speed : [m/s];  guideway : roughness of each irregularity type that acts, of A1 … A4
     points : name to (x, y, z) from the centre of gravity [m], where the ride is judged
     accelerometer_bias : constant error of each accelerometer [m/s²]
+    sensor_noise : one-sided densities of gap sensors [m/√Hz] and accelerometers [m/s²/√Hz], white and uncorrelated
     current_forces : derivatives of one coil set's lift [N], lateral force [N] and roll moment [N m] by α
     coil_resistance : of one control coil per turn squared [Ω];  main_current : ampere-turns of a main coil [A]
     clearance : nominal gap and lateral gap [m]
+    motor : a motor whose currents the law may command; None without one
     """
 
     plant: Plant
@@ -31,10 +49,12 @@ class Setting:
     guideway: Roughness
     points: Mapping[str, tuple[float, float, float]]
     accelerometer_bias: float
+    sensor_noise: tuple[float, float]
     current_forces: tuple[float, float, float]
     coil_resistance: float
     main_current: float
     clearance: tuple[float, float]
+    motor: MotorPoint | None = None
 
     @cached_property
     def subjects(self) -> tuple[Subject, ...]:

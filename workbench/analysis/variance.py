@@ -183,7 +183,7 @@ def _solve(A: np.ndarray, sources: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         return AP + AP.T + Q
 
     unit = solve(np.eye(n))
-    excess = float(np.linalg.norm(residual(unit, np.eye(n)), 2))  # A H + H A' + I = R gives |E| ≤ ρH/(1 − ‖R‖)
+    excess = float(np.linalg.norm(residual(unit, np.eye(n))))  # A H + H A' + I = R gives |E| ≤ ρH/(1 − ‖R‖)
     if not excess < 0.5:
         raise InputError(f"A must be stable by more than rounding; its Lyapunov residual is {excess:.2g}. Add damping.")
     size = np.abs(A)
@@ -192,8 +192,8 @@ def _solve(A: np.ndarray, sources: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         P = solve(Q)
         P = P + solve(residual(P, Q))
         product = size @ np.abs(P)
-        rounding = (n + 4) * EPS * np.linalg.norm(product + product.T + np.abs(Q), 2)
-        rho = (np.linalg.norm(residual(P, Q), 2) + rounding) / (1 - excess)
+        rounding = (n + 4) * EPS * np.linalg.norm(product + product.T + np.abs(Q))
+        rho = (np.linalg.norm(residual(P, Q)) + rounding) / (1 - excess)
         covariance.append(P)
         error.append(rho * unit)
     return np.array(covariance), np.array(error)

@@ -26,6 +26,8 @@ from workbench.lti.signals import numbered
 
 ABSOLUTE_SMOOTHING = 1e-6  # [m/(m/s²)] in √(x² + ε²): 2e-8 m of 10 mm, far below any digit of a limit
 ENDS = ("front", "rear")
+MOTOR_SQUARES = ("motor d", "motor q")
+MOTOR_CURRENTS = ("current_motor_d_right", "current_motor_q_right")
 GAPS = tuple(f"{kind}, {end}" for kind in ("gap", "lateral gap") for end in ENDS)
 
 
@@ -46,7 +48,7 @@ class Grid:
 
 
 # dense where modes and comfort weights lie; beyond 8 Hz the wheel base makes fringes 8 Hz apart, hence equal steps there
-STEERING = Grid.over((1e-3, 0.02, 0.07, 0.14, 0.25, 0.4, 0.6, 0.85, 1.2, 1.7, 2.4, 3.4, 4.8, 6.8, 9.5, 12.5, 16, 20, 26, 34, 60, 300), 5)
+STEERING = Grid.over((1e-5, 1e-3, 0.02, 0.07, 0.14, 0.25, 0.4, 0.6, 0.85, 1.2, 1.7, 2.4, 3.4, 4.8, 6.8, 9.5, 12.5, 16, 20, 26, 34, 60, 300), 5)
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,8 +67,8 @@ class GroupMeasures:
         self.types = exciting_types(setting, subject)
         plant, law = subject.plant, subject.law
         self._outputs, self._scale = _output_rows(setting, subject, grid.frequency_hz)
-        self.shape = Shape(subject.channels, subject.patterns.shape[1], len(self.types), tuple(len(rows) for _, rows in self._outputs))
-        self.columns = subject.patterns.T @ law.command_columns()[:, list(subject.channels)]
+        self.shape = Shape(subject.channels, subject.patterns.shape[1], len(self.types), tuple(len(rows) for _, rows in self._outputs), law.split)
+        self.columns = subject.patterns.T @ law.path_columns()[:, list(self.shape.paths)]
         self.measure = law.measurement_matrix()[subject.modal_rows]
         # mean square of class c = Σ_k quadrature[c, k] · value[c, k]; the roughness is inside the values
         self.quadrature = self._scale * grid.weight_hz
@@ -169,6 +171,11 @@ def _output_rows(setting: Setting, subject: Subject, frequency_hz: np.ndarray):
             scale.append(np.ones_like(frequency_hz))
     classes.append(("currents", _unit(names, numbered("current", subject.law.count))))
     scale.append(np.ones_like(frequency_hz))
+    if setting.motor is not None:
+        # both sides carry the same mean squares, since the law drives them in opposite directions
+        for name, current in zip(MOTOR_SQUARES, MOTOR_CURRENTS, strict=True):
+            classes.append((name, _unit(names, [current])))
+            scale.append(np.ones_like(frequency_hz))
     return classes, np.array(scale)
 
 

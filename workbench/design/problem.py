@@ -31,7 +31,7 @@ class Problem(Result):
     title: str
     setting: Setting
     vehicle: Any
-    rebuild: Callable[[Any], Setting]
+    rebuild: Callable[[Any], Setting] | None
     requirements: tuple[Requirement, ...]
     bounds: Mapping[str, tuple[float, float]]
     fixed: Mapping[str, float]
@@ -87,6 +87,8 @@ class Problem(Result):
 
     def with_vehicle(self, vehicle: Any) -> "Problem":
         """The same problem for another vehicle or operating point."""
+        if self.rebuild is None:
+            raise InputError(f"problem {self.name!r} holds a plant without a vehicle behind it; give the plant itself.")
         return replace(self, vehicle=vehicle, setting=self.rebuild(vehicle))
 
     def with_requirements(self, requirements) -> "Problem":

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from workbench.errors import InputError, unknown_name
 from workbench.result import Result, Row
 
+MOTOR_CURRENT = "motor current at mean + 3σ"
 # name: (sense, unit, key in data files, factor from the key's unit to SI)
 QUANTITIES = {
     "damping ratio": (">=", "1", "damping_ratio_at_least", 1.0),
@@ -25,6 +26,7 @@ QUANTITIES = {
     "peak lateral gap change": ("<=", "m", "peak_lateral_gap_change_at_most_mm", 1e-3),
     "vertical ride mask ratio": ("<=", "1", "vertical_ride_mask_ratio_at_most", 1.0),
     "lateral ride mask ratio": ("<=", "1", "lateral_ride_mask_ratio_at_most", 1.0),
+    MOTOR_CURRENT: ("<=", "A", "motor_current_at_most_a", 1.0),
 }
 CLOSE_ENOUGH = 1e-9  # relative; a value at its limit to nine digits is met
 

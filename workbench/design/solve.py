@@ -18,6 +18,7 @@ from workbench.errors import InputError, unknown_name
 
 SOLVERS = ("slsqp", "ipopt")
 Peaks = Callable[[np.ndarray], list[tuple[int, float, float]]]
+COARSE = 1e-6  # of log J, at which a start counts as ended; the best are then solved to 1e-8
 RELAXED = 2.0  # multiple of the wanted peak sensitivity at which starts are compared
 HOMOTOPY = (1.4, 1.0)  # then these, in turn
 FEASIBLE = 1e-4  # relative violation of a smooth constraint that the back-off covers; the exact verdict decides anyway
@@ -45,12 +46,12 @@ class Outcome:
         return self.violation <= FEASIBLE
 
 
-def minimise(programme: Programme, x: np.ndarray, *, solver: str = "slsqp", iterations: int = ITERATIONS) -> Outcome:
+def minimise(programme: Programme, x: np.ndarray, *, solver: str = "slsqp", iterations: int = ITERATIONS, tolerance: float = 1e-8) -> Outcome:
     """A local minimum of the programme from x."""
     if solver not in SOLVERS:
         raise unknown_name("solver", solver, SOLVERS)
     before = programme.evaluations
-    x, message = (_slsqp if solver == "slsqp" else _ipopt)(programme, x, iterations)
+    x, message = (_slsqp if solver == "slsqp" else _ipopt)(programme, x, iterations, tolerance)
     low, high = programme.bounds()
     x = np.clip(x, low, high)
     point = programme.at(x)
@@ -67,7 +68,7 @@ def minimise(programme: Programme, x: np.ndarray, *, solver: str = "slsqp", iter
 ACTIVE = 2e-3  # relative slack below which a constraint is called binding
 
 
-def _slsqp(programme: Programme, x: np.ndarray, iterations: int) -> tuple[np.ndarray, str]:
+def _slsqp(programme: Programme, x: np.ndarray, iterations: int, tolerance: float) -> tuple[np.ndarray, str]:
     from scipy.optimize import minimize
 
     low, high = programme.bounds()
@@ -79,12 +80,12 @@ def _slsqp(programme: Programme, x: np.ndarray, iterations: int) -> tuple[np.nda
     result = minimize(
         lambda x: (programme.at(x).objective, programme.at(x).slope),
         x, jac=True, method="SLSQP", bounds=np.column_stack([low, high]), constraints=[constraint],
-        options={"maxiter": iterations, "ftol": 1e-8},
+        options={"maxiter": iterations, "ftol": tolerance},
     )  # fmt: skip
     return np.asarray(result.x), str(result.message)
 
 
-def _ipopt(programme: Programme, x: np.ndarray, iterations: int) -> tuple[np.ndarray, str]:
+def _ipopt(programme: Programme, x: np.ndarray, iterations: int, tolerance: float) -> tuple[np.ndarray, str]:
     low, high = programme.bounds()
     count = len(programme.at(x).constraints)
     function = _Evaluation(programme, len(x), count)
@@ -92,7 +93,7 @@ def _ipopt(programme: Programme, x: np.ndarray, iterations: int) -> tuple[np.nda
     both = function(variables)
     options = {
         "print_time": False,
-        "ipopt": {"print_level": 0, "sb": "yes", "hessian_approximation": "limited-memory", "max_iter": iterations, "tol": 1e-6},
+        "ipopt": {"print_level": 0, "sb": "yes", "hessian_approximation": "limited-memory", "max_iter": iterations, "tol": 100 * tolerance},
     }
     solver = ca.nlpsol("design", "ipopt", {"x": variables, "f": both[0], "g": both[1:]}, options)
     result = solver(x0=x, lbx=low, ubx=high, lbg=0.0, ubg=np.inf)
@@ -157,14 +158,17 @@ class _Jacobian(ca.Callback):
 
 
 def stable_start(programme: Programme, centre: np.ndarray, generator: np.random.Generator, spread: float) -> np.ndarray:
-    """A random point near `centre` with every pole in the left half-plane.
+    """A random point around `centre` with every pole in the left half-plane.
+
+    Deviations follow Student's t with two degrees of freedom: most stay near, some go far, since the best valleys of
+    this problem lie several typical sizes away from textbook gains.
 
     Raises InputError if none of many tries is stable: then the bounds leave no room around the start.
     """
     low, high = programme.bounds()
     best, least = centre, np.inf
-    for _ in range(TRIES):
-        x = np.clip(centre + spread * generator.normal(size=len(centre)), low, high)
+    for _ in range(TRIES if spread > 0 else 1):
+        x = np.clip(centre + spread * generator.standard_t(2, size=len(centre)), low, high)
         decay = programme.abscissa(programme.theta(x))
         if decay < STABLE_BY:
             return x
@@ -200,7 +204,7 @@ def relaxed(programme: Programme, x: np.ndarray, *, solver: str = "slsqp") -> Ou
     wanted = programme.limits.get("peak sensitivity")
     if wanted:
         programme.with_sensitivity(wanted * RELAXED)
-    return minimise(programme, x, solver=solver)
+    return minimise(programme, x, solver=solver, tolerance=COARSE)
 
 
 def finish(programme: Programme, x: np.ndarray, peaks: Peaks, *, solver: str = "slsqp") -> Outcome:

@@ -11,10 +11,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from workbench.analysis.motor import current_at_3_sigma, slope_at_3_sigma
 from workbench.constants import GRAVITY
 from workbench.control.gains import GAIN_NAMES, TIME_CONSTANTS, Gains
-from workbench.design.measures import GAPS, GroupMeasures, static_error_function
+from workbench.design.measures import GAPS, MOTOR_SQUARES, GroupMeasures, static_error_function
 from workbench.design.problem import Problem
+from workbench.design.requirement import MOTOR_CURRENT
 from workbench.errors import InputError
 
 COST_SCALE = 1e4  # J = 10⁴ Σ mean squares in g²
@@ -181,6 +183,13 @@ class Programme:
         if limit:
             limit *= 1 - self.back_off
             rows.append(("sum of mean square currents", np.array([1 - squares["currents"] / limit]), -slopes["currents"] / limit))
+        limit = self.limits.get(MOTOR_CURRENT)
+        if limit:
+            limit *= 1 - self.back_off
+            point, both = self.problem.setting.motor, [squares[name] for name in MOTOR_SQUARES]
+            by = slope_at_3_sigma(point, *both)
+            slope = sum(part * slopes[name] for part, name in zip(by, MOTOR_SQUARES, strict=True))
+            rows.append((MOTOR_CURRENT, np.array([1 - current_at_3_sigma(point, *both) / limit]), -slope / limit))
         return rows
 
     def _static_rows(self, squares, slopes, static, static_slope):

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from workbench.control import Gains
-from workbench.design.design import design
+from workbench.design.design import STARTS, design, refine
 from workbench.design.problem import Problem
 from workbench.design.requirement import QUANTITIES, Requirement
 from workbench.errors import InfeasibleError, InputError, unknown_name
@@ -31,11 +31,11 @@ class TradeOff(Result):
         return [(f"{self.quantity} at {limit:.4g} {self.unit}", cost, "J") for limit, cost in zip(self.limits, self.costs, strict=True)]
 
 
-def trade_off(problem: Problem, quantity: str, limits: Sequence[float], *, start: Gains | None = None, starts: int = 1, seed: int = 0, on_limit: Callable[[float, float | None], None] | None = None) -> TradeOff:
+def trade_off(problem: Problem, quantity: str, limits: Sequence[float], *, start: Gains | None = None, starts: int = STARTS, seed: int = 0, on_limit: Callable[[float, float | None], None] | None = None) -> TradeOff:
     """Sweeps the limit of one requirement, the others as they are.
 
     limits : SI units, in any order; solved from the loosest to the tightest, each from the one before
-    start : gains of the first solution's start
+    start : gains of the first solution's start; without them the first limit is designed from `starts` random ones
     """
     if quantity not in QUANTITIES:
         raise unknown_name("requirement", quantity, QUANTITIES)
@@ -48,7 +48,7 @@ def trade_off(problem: Problem, quantity: str, limits: Sequence[float], *, start
     for limit in order:
         one = replace(problem, requirements=(*others, Requirement(quantity, limit)))
         try:
-            best = design(one, starts=starts, seed=seed, start=start)
+            best = refine(one, start) if start is not None else design(one, starts=starts, seed=seed)
         except InfeasibleError:
             found[limit] = (None, None)
         else:

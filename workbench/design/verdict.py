@@ -4,10 +4,8 @@ import numpy as np
 
 from workbench.analysis.analysis import Analysis
 from workbench.design.problem import Problem
-from workbench.design.requirement import Requirement, Verdict, judge
+from workbench.design.requirement import MOTOR_CURRENT, Requirement, Verdict, judge
 
-PEAK_SIGMAS = 3.0
-ENDS = ("front", "rear")
 
 
 def verdicts(problem: Problem, analysis: Analysis) -> tuple[Verdict, ...]:
@@ -43,12 +41,9 @@ def _value(name: str, a: Analysis) -> tuple[float | None, str]:
         return a.rms["gap_lateral" if "lateral" in name else "gap"][end], f"{end} coil sets"
     if name == "sum of mean square currents":
         return a.sum_alpha_squared, "all coil sets"
+    if name == MOTOR_CURRENT:
+        return (None, "no motor") if a.motor is None else (a.motor.current_at_3_sigma, "worse side, guideway")
     kind = "gap_lateral" if "lateral" in name else "gap"
     if name.startswith("static"):
         return a.static_error[kind], "worst coil set and signs of bias"
-    static = a.static_error[kind]
-    rms = {end: value for end in ENDS if (value := a.rms[kind][end]) is not None}
-    if static is None or not rms:
-        return None, "not looked at by this problem"
-    end = max(rms, key=lambda e: rms[e])
-    return static + PEAK_SIGMAS * rms[end], f"{end} coil sets, static + 3σ"
+    return a.peak_gap_change[kind], "worse end, static + 3σ"

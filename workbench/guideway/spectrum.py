@@ -5,7 +5,7 @@
     V --shaping_filter--> (A, B, C) driven by white noise
 
 `Rational` covers every closed form in use (power laws, the American and German railway spectra of `catalogue`),
-`PowerLaw` a corner given as a time frequency, `Tabulated` a measured curve. Each carries where it comes from and the
+`PowerLaw` a corner given as a time frequency, `tabulated` a measured curve. Each carries where it comes from and the
 wavelengths it was made for: outside them it refuses, unless `extrapolate` says that the form may be continued. Symbols
 (SX, MX) cannot be checked against those limits.
 
@@ -14,12 +14,12 @@ hertz 2|H(j2πf)|².
 """
 
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Protocol
 
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.guideway.interpolation import LogLog
 from workbench.guideway.validity import check_all_wavelengths, check_inside, check_limits, check_speed, check_strength
 
 
@@ -248,44 +248,21 @@ class PowerLaw:
         return self.at_speed(speed).mean_square()
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Tabulated:
-    """A spectrum given by points, straight lines between them on log-log paper, valid from the first to the last."""
+def band_mean_square(spectrum: Spectrum, wavelength_min: float, wavelength_max: float) -> float:
+    """∫ S(Ω) dΩ [m²] over the wavelengths from wavelength_min to wavelength_max [m], numerically to 1e-9."""
+    from scipy.integrate import quad
 
-    wavenumber: tuple[float, ...]  # (k,) [rad/m], increasing
-    density: tuple[float, ...]  # (k,) [m²/(rad/m)], one-sided
-    provenance: str
-    verified: bool = False
-    extrapolate: bool = False
-
-    def __post_init__(self) -> None:
-        table = LogLog(self.wavenumber, self.density)
-        object.__setattr__(self, "wavenumber", table.x)
-        object.__setattr__(self, "density", table.y)
-        check_limits(self)
-
-    @property
-    def wavelength_min(self) -> float:
-        """Shortest wavelength of the table [m]."""
-        return 2 * np.pi / self.wavenumber[-1]
-
-    @property
-    def wavelength_max(self) -> float:
-        """Longest wavelength of the table [m]."""
-        return 2 * np.pi / self.wavenumber[0]
-
-    def psd(self, wavenumber):
-        """One-sided S(Ω) [m²/(rad/m)] at Ω [rad/m], elementwise."""
-        check_inside(self, wavenumber, zero_allowed=False)
-        return LogLog(self.wavenumber, self.density).value(wavenumber)
-
-    def psd_frequency(self, frequency_hz, speed):
-        """One-sided S_f(f) = (2π/V) S(2πf/V) [m²/Hz] at f [Hz] and V [m/s], elementwise."""
-        return _seen_at_speed(self, frequency_hz, speed)
-
-    def scaled(self, factor: float) -> "Tabulated":
-        """The table times a factor."""
-        return replace(self, density=tuple(factor * value for value in self.density))
+    if not 0 < wavelength_min < wavelength_max < np.inf:
+        raise InputError(
+            f"a band of wavelengths needs 0 < wavelength_min < wavelength_max; got {wavelength_min!r} and "
+            f"{wavelength_max!r}. Give both in metres, shorter first."
+        )
+    low, high = np.log(2 * np.pi / wavelength_max), np.log(2 * np.pi / wavelength_min)
+    edges = np.linspace(low, high, int(np.ceil((high - low) / np.log(10))) + 1)
+    pieces = pairwise(edges)
+    return float(
+        sum(quad(lambda x: np.exp(x) * spectrum.psd(np.exp(x)), *ends, epsabs=0, epsrel=1e-9)[0] for ends in pieces)
+    )
 
 
 def _seen_at_speed(spectrum: Spectrum, frequency_hz, speed):

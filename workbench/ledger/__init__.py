@@ -1,1 +1,1 @@
-"""Every number the report prints beside ours, with a verdict."""
+"""The report's printed numbers and formulas beside ours, with a verdict on each."""

@@ -38,9 +38,9 @@ class ClosedLoop:
         return tuple(name for name in self.plant.inputs if name not in self.law.commands)
 
     def sensitivity(self, patterns: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """(A, B, C, D) of S = (I + L)⁻¹ at the commands, projected on orthonormal patterns (n, k) if given."""
+        """(A, B, C, D) of S = (I + L)⁻¹ at the commands, projected on orthonormal patterns (commands, k) if given."""
         seen = self.system.select(inputs=[f"error_{c}" for c in self.law.commands], outputs=self.law.commands)
-        U = np.eye(self.law.count) if patterns is None else patterns
+        U = np.eye(len(self.law.commands)) if patterns is None else patterns
         return seen.A, seen.B @ U, U.T @ seen.C, U.T @ seen.D @ U
 
 

@@ -2,15 +2,18 @@
 
     commands u = patterns · v,   v of a group: its orthonormal current patterns
 
-A vehicle with its sets in right-left pairs has one symmetric and one antisymmetric pattern per pair.
+A vehicle with its sets in right-left pairs has one symmetric and one antisymmetric pattern per pair; an actuator on
+each side adds an antisymmetric one, in the units of its commands.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from workbench.control.law import MODAL, ModalLaw
 from workbench.errors import InputError, unknown_name
 
+UNUSED = 1e-9  # of the largest: a coil pattern that a law commands less than this is rounding
 GROUPS = ("heave_pitch", "sway_roll_yaw")
 
 
@@ -31,6 +34,26 @@ def group(name: str, positions: tuple[tuple[float, float], ...]) -> Group:
     if name == "sway_roll_yaw":
         return Group(name, ("Y", "Phi", "Psi"), ("roll", "sway", "yaw"), _patterns(positions, -1))
     raise unknown_name("group", name, GROUPS)
+
+
+def commanded(name: str, law: ModalLaw, *, unused: bool = False) -> Group:
+    """The named group with patterns over all commands of a law, (commands, k): coil patterns, then one per actuator.
+
+    Of a law with actuators the coil patterns that it never commands are left out, unless `unused` asks for them.
+    """
+    coils = group(name, law.positions)
+    if not law.split:
+        return coils
+    own = [MODAL.index(channel) for channel in coils.channels]
+    spread = law.modal_spread()
+    reach = np.abs(coils.patterns.T @ spread[: law.count, own]).max(axis=1)
+    kept = coils.patterns if unused else coils.patterns[:, reach > UNUSED * reach.max()]
+    pairs = [k for k, actuator in enumerate(law.actuators) if actuator.signal in coils.channels]
+    out = np.zeros((len(law.commands), kept.shape[1] + len(pairs)))
+    out[: law.count, : kept.shape[1]] = kept
+    for column, k in enumerate(pairs, kept.shape[1]):
+        out[law.count + 2 * k : law.count + 2 * k + 2, column] = np.array([1.0, -1.0]) / np.sqrt(2.0)
+    return replace(coils, patterns=out)
 
 
 def _patterns(positions, parity: int) -> np.ndarray:

@@ -15,9 +15,9 @@ from workbench.control.gains import GAIN_NAMES, Gains
 from workbench.control.law import CHANNELS, ModalLaw
 from workbench.errors import InputError, unknown_name
 from workbench.loop.closed import interconnect
-from workbench.loop.group import GROUPS, group
+from workbench.loop.group import GROUPS, commanded
 from workbench.lti import Plant
-from workbench.lti.signals import ANTISYMMETRIC, COORDINATES, SYMMETRIC, numbered
+from workbench.lti.signals import ANTISYMMETRIC, COORDINATES, SYMMETRIC
 
 SUBJECTS = (*GROUPS, "heave", "all")
 COUPLING_ALLOWED = 1e-9  # relative; rounding leaves 1e-16
@@ -29,7 +29,7 @@ class Subject:
 
     plant : inputs pattern_1 … pattern_k (commands along the patterns) and the exogenous ones; the group's states only
     channels : positions in `control.law.CHANNELS`
-    patterns : (n, k) orthonormal current patterns, commands = patterns · pattern inputs
+    patterns : (commands, k) orthonormal current patterns, commands = patterns · pattern inputs
     """
 
     name: str
@@ -99,19 +99,23 @@ class Subject:
         return ca.vertcat(top, bottom)
 
 
-def subject(plant: Plant, law: ModalLaw, name: str) -> Subject:
-    """The named group of a vehicle's plant: "heave_pitch", "sway_roll_yaw", "heave" with pitch held, or "all"."""
+def subject(plant: Plant, law: ModalLaw, name: str, *, unused: bool = False) -> Subject:
+    """The named group of a vehicle's plant: "heave_pitch", "sway_roll_yaw", "heave" with pitch held, or "all".
+
+    unused : whether to keep coil patterns that a law with actuators never commands
+    """
     if name not in SUBJECTS:
         raise unknown_name("group", name, SUBJECTS)
     if name == "all":
-        return Subject(name, _along(plant, law, np.eye(law.count)), law, COORDINATES, tuple(range(5)), np.eye(law.count))
+        each = np.eye(len(law.commands))
+        return Subject(name, _along(plant, law, each), law, COORDINATES, tuple(range(5)), each)
     coupled = coupling(plant)
     if coupled > COUPLING_ALLOWED:
         raise InputError(
             "heave/pitch and sway/roll/yaw must be decoupled to be looked at by group; "
             f"their coupling is {coupled:.2g} of the largest acceleration per displacement. Place the coil sets symmetrically, or take group 'all'."
         )
-    whole = group("heave_pitch" if name == "heave" else name, law.positions)
+    whole = commanded("heave_pitch" if name == "heave" else name, law, unused=unused)
     coordinates, channels, patterns = whole.coordinates, whole.channels, whole.patterns
     if name == "heave":
         coordinates, channels, patterns = ("Z",), ("heave",), patterns[:, :1]
@@ -131,13 +135,13 @@ def _along(plant: Plant, law: ModalLaw, patterns: np.ndarray) -> Plant:
     u = plant.index("inputs", law.commands)
     names = tuple(f"pattern_{k + 1}" for k in range(patterns.shape[1]))
     others = [i for i in range(len(plant.inputs)) if i not in set(u)]
-    currents = set(numbered("current", law.count)) & set(plant.states)
+    currents = set(law.currents) & set(plant.states)
     keep = [i for i, s in enumerate(plant.states) if s not in currents]
     into = np.eye(len(plant.states))[:, keep]
     states = tuple(plant.states[i] for i in keep)
     if currents:
         spread = np.zeros((len(plant.states), patterns.shape[1]))
-        spread[plant.index("states", numbered("current", law.count))] = patterns
+        spread[plant.index("states", law.currents)] = patterns
         into, states = np.hstack([into, spread]), states + tuple(f"current of {name}" for name in names)
     back = into.T  # the columns are orthonormal
     return Plant(

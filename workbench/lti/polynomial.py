@@ -127,7 +127,7 @@ def companion(blocks: np.ndarray) -> np.ndarray | None:
     for j, d in enumerate(degree):
         lower[:, first[j] : first[j + 1]] = blocks[:d, :, j].T
     highest = -np.linalg.solve(leading, lower)
-    matrix = np.diag(np.ones(max(first[-1] - 1, 0)), 1)
+    matrix = np.eye(first[-1], k=1)
     for j, d in enumerate(degree):
         if d:
             matrix[first[j + 1] - 1] = highest[j]

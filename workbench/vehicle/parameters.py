@@ -70,6 +70,9 @@ class Vehicle(Result):
         V [m/s].
     force_law : ForceLaw
         Lift, lateral force and roll moment of one coil set.
+    joined : tuple of tuples of int
+        Coil sets (counted from 0) that share one command and one group of sensors, such as the coils of a corner; empty
+        where every set has its own.
     """
 
     mass: float
@@ -81,6 +84,7 @@ class Vehicle(Result):
     speed: float
     force_law: ForceLaw
     extras: Extras = field(default_factory=Extras)
+    joined: tuple[tuple[int, ...], ...] = ()
 
     def __post_init__(self) -> None:
         for name in ("mass", "roll_inertia", "pitch_inertia", "yaw_inertia", "speed"):
@@ -88,7 +92,23 @@ class Vehicle(Result):
             if not isinstance(value, ca.SX) and not value > 0:
                 raise InputError(f"{name} must be positive; got {value!r}. Check the sign and the unit.")
         if any(not isinstance(y, ca.SX) and y == 0 for _, y in self.positions):
-            raise InputError("every coil set must sit on one side (y ≠ 0), since its wall is on that side; move it off the centre line.")
+            raise InputError(
+                "every coil set must sit on one side (y ≠ 0), since its wall is on that side; move it off the centre line."
+            )
+        if self.joined:
+            self._check_joined()
+
+    def _check_joined(self) -> None:
+        if sorted(i for group in self.joined for i in group) != list(range(self.count)):
+            raise InputError(
+                f"joined must name each of the {self.count} coil sets once, counted from 0; got {self.joined}. "
+                "Leave it empty where every set has its own command."
+            )
+        for group in self.joined:
+            if len({self.sides[i] for i in group}) > 1:
+                raise InputError(
+                    f"coil sets that share a command must sit on one side; got sets {group}. Their lateral forces would cancel."
+                )
 
     @classmethod
     def four_corners(cls, *, front: float, rear: float, half_track: float, **fields) -> "Vehicle":
@@ -100,6 +120,19 @@ class Vehicle(Result):
     def count(self) -> int:
         """Number of coil sets."""
         return len(self.positions)
+
+    @property
+    def groups(self) -> tuple[tuple[int, ...], ...]:
+        """Which coil sets each command reaches: `joined`, or every set alone."""
+        return self.joined or tuple((i,) for i in range(self.count))
+
+    @property
+    def command_positions(self) -> tuple[tuple[float, float], ...]:
+        """Middle of the coil sets that share a command, x and y [m]: the places a control law works with."""
+        if not self.joined:
+            return self.positions
+        places = ([self.positions[i] for i in group] for group in self.joined)
+        return tuple((sum(x for x, _ in p) / len(p), sum(y for _, y in p) / len(p)) for p in places)
 
     @property
     def front(self) -> float:

@@ -1,0 +1,61 @@
+"""What sensor errors do to the gaps: a constant bias of the accelerometers, white noise of all sensors.
+
+    bias --DC gain, worst signs--> static gap change;   noise --H2 norm--> rms gap and current
+"""
+
+import numpy as np
+
+from workbench.analysis.norm import h2_norm
+from workbench.analysis.setting import Setting
+from workbench.loop import Subject
+from workbench.lti import Plant
+from workbench.lti.signals import numbered
+
+Loops = list[tuple[Subject, Plant]]
+
+
+def static_errors(setting: Setting, loops: Loops) -> dict[str, float | None]:
+    """Largest static change of a gap over all signs of the accelerometers' biases [m]: sum of absolute DC gains × bias."""
+    n = setting.law.count
+    sensors = [f"error_{name}" for name in numbered("acceleration_z", n) + numbered("acceleration_y", n)]
+    out: dict[str, float | None] = {}
+    for kind in ("gap", "gap_lateral"):
+        if _absent(kind, loops):
+            out[kind] = None
+            continue
+        total = np.zeros((n, 2 * n))
+        for _, closed in loops:
+            seen = closed.select(inputs=sensors, outputs=numbered(kind, n))
+            total += seen.D - seen.C @ np.linalg.solve(seen.A, seen.B)
+        out[kind] = float(np.abs(total).sum(axis=1).max() * setting.accelerometer_bias)
+    return out
+
+
+def noise_rms(setting: Setting, loops: Loops) -> dict[str, float | None]:
+    """Rms of gap, gap_lateral [m] and current [1] at the worst coil set from white sensor noise alone.
+
+    None where the figure is infinite: without current-loop lag white noise passes straight to the currents.
+    """
+    n = setting.law.count
+    gap, acceleration = setting.sensor_noise
+    density = np.repeat([gap, gap, acceleration, acceleration], n)
+    inputs = [f"error_{name}" for name in setting.law.sensors]
+    out: dict[str, float | None] = {}
+    for kind in ("gap", "gap_lateral", "current"):
+        if _absent(kind, loops):
+            out[kind] = None
+            continue
+        squares, finite = np.zeros(n), True
+        for _, closed in loops:
+            seen = closed.select(inputs=inputs, outputs=numbered(kind, n))
+            finite &= not (seen.D * density).any()
+            # a one-sided density S per hertz is white noise of two-sided intensity S²/2
+            B = seen.B * density / np.sqrt(2.0)
+            squares += [h2_norm(seen.A, B, row[None, :]) ** 2 if B.any() else 0.0 for row in seen.C]
+        out[kind] = float(np.sqrt(squares.max())) if finite else None
+    return out
+
+
+def _absent(kind: str, loops: Loops) -> bool:
+    """Whether no group moves sideways, so that the lateral gap is the guideway's own deviation."""
+    return kind == "gap_lateral" and all("Y" not in s.coordinates for s, _ in loops)
