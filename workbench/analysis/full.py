@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from workbench.analysis.analysis import Analysis, analyse
+from workbench.analysis.comfort_summary import ComfortSummary, comfort_summary
 from workbench.analysis.disk import DiskMargin, disk_margin
 from workbench.analysis.margin import ChannelMargin, channel_margin
 from workbench.analysis.setting import Setting
@@ -27,12 +28,14 @@ class FullAnalysis(Result):
 
     current_margins : one α_i broken, the others closed;  modal_margins : one K_i q_i^c broken
     disk : all current commands perturbed at once, balanced disks
+    comfort : ride figures at every point
     """
 
     analysis: Analysis
     current_margins: tuple[ChannelMargin, ...]
     modal_margins: tuple[ChannelMargin, ...]
     disk: DiskMargin | None
+    comfort: ComfortSummary | None
 
     def to_dict(self) -> dict[str, Any]:
         """The analysis' figures, with `margins` added."""
@@ -42,6 +45,7 @@ class FullAnalysis(Result):
             "modal": plain(self.modal_margins),
             "disk": None if self.disk is None else {"lower": self.disk.lower, "upper": self.disk.upper, "frequency_hz": self.disk.frequency / (2 * np.pi)},
         }
+        document["comfort"] = None if self.comfort is None else self.comfort.to_dict()
         return document
 
     def rows(self) -> list[Row]:
@@ -59,6 +63,13 @@ class FullAnalysis(Result):
             ]
             if rows:
                 out.append((title, columns, rows))
+        if self.comfort is not None:
+            columns = ("place", "direction", "rms", "below 1 Hz", "weighted", "Wf", "Sperling", "PSD / boundary")
+            rows = [
+                (p.point, p.ride.direction, *map(figure, (p.ride.rms, p.ride.rms_below_1_hz, p.ride.rms_weighted, p.ride.rms_motion_sickness, p.sperling, p.mask_ratio)))
+                for p in self.comfort.points
+            ]
+            out.append(("Ride, accelerations in m/s²; boundary: ISO 2631:1974 reduced comfort, 1 h (unverified values)", columns, rows))
         return out
 
 
@@ -66,7 +77,7 @@ def full_analysis(setting: Setting, gains: Gains, name: str = "") -> FullAnalysi
     """The exact measures of a setting under given gains, margins included."""
     analysis = analyse(setting, gains, name)
     if not analysis.stable:
-        return FullAnalysis(analysis=analysis, current_margins=(), modal_margins=(), disk=None)
+        return FullAnalysis(analysis=analysis, current_margins=(), modal_margins=(), disk=None, comfort=None)
     whole = _at_commands(setting, gains)
     modal, channels = _at_modal_signals(setting, gains)
     names = [name.replace("_", " ") for name in setting.law.currents]
@@ -75,6 +86,7 @@ def full_analysis(setting: Setting, gains: Gains, name: str = "") -> FullAnalysi
         current_margins=tuple(channel_margin(*whole, channel=i, name=name) for i, name in enumerate(names)),
         modal_margins=tuple(channel_margin(*modal, channel=i, name=c) for i, c in enumerate(channels)),
         disk=disk_margin(*whole),
+        comfort=comfort_summary(setting, gains),
     )  # fmt: skip
 
 

@@ -32,6 +32,7 @@ class MotorWork(Result):
     working_current : mean i_q on each side;  rms_d, rms_q : about the mean, guideway, worse side
     sensor_noise_rms_d, sensor_noise_rms_q : the same from sensor noise alone
     current_at_3_sigma : √((3σ_d)² + (mean i_q + 3σ_q)²), guideway, worse side;  share_of_rated : the same over the rating
+    bearable_roughness : factor on the guideway's spectra at which that current is the rated one, gains unchanged [1]
     propulsion_power : thrust times speed;  power_to_body : what the control currents' forces do to the body, mean
     """
 
@@ -42,6 +43,7 @@ class MotorWork(Result):
     rms_q: float | None
     current_at_3_sigma: float | None
     share_of_rated: float | None
+    bearable_roughness: float | None
     sensor_noise_rms_d: float | None
     sensor_noise_rms_q: float | None
     propulsion_power: float
@@ -55,6 +57,7 @@ class MotorWork(Result):
             ("motor i_q, rms about its mean", self.rms_q, "A"),
             ("motor current at mean + 3σ", self.current_at_3_sigma, "A"),
             ("motor current at mean + 3σ over rated", self.share_of_rated, "1"),
+            ("roughness for which the rated current suffices", self.bearable_roughness, "1"),
             ("motor i_d from sensor noise, rms", self.sensor_noise_rms_d, "A"),
             ("motor i_q from sensor noise, rms", self.sensor_noise_rms_q, "A"),
             ("motor power, propulsion", self.propulsion_power, "W"),
@@ -79,17 +82,18 @@ def motor_work(
     point = setting.motor
     if point is None:
         return None
-    rated, amperes, noise, largest = point.rated_current, None, None, None
+    rated, amperes, noise, largest, bearable = point.rated_current, None, None, None, None
     if squares is not None:
         amperes = rated * np.sqrt(np.maximum(squares, 0.0)).reshape(2, 2)  # axes × sides
         largest = max(float(current_at_3_sigma(point, *(amperes[:, k] / rated) ** 2)) for k in range(2))
+        bearable = min(_bearable_roughness(point, *amperes[:, k]) for k in range(2))
         noise = _noise(setting, loops)
     worst = [None, None] if amperes is None else [float(a) for a in amperes.max(axis=1)]
     heard = [None, None] if noise is None else [float(rated * a) for a in noise]
     return MotorWork(
         thrust=point.thrust, working_current=point.working_current, rated_current=rated, rms_d=worst[0], rms_q=worst[1],
         current_at_3_sigma=largest, share_of_rated=None if largest is None else largest / rated,
-        sensor_noise_rms_d=heard[0], sensor_noise_rms_q=heard[1],
+        bearable_roughness=bearable, sensor_noise_rms_d=heard[0], sensor_noise_rms_q=heard[1],
         propulsion_power=point.thrust * setting.speed, power_to_body=power,
     )  # fmt: skip
 
@@ -111,6 +115,13 @@ def slope_at_3_sigma(point: MotorPoint, square_d: float, square_q: float) -> tup
 def _components(point: MotorPoint, square_d: float, square_q: float) -> tuple[float, float]:
     sigma = point.rated_current * SIGMAS * np.sqrt(np.maximum([square_d, square_q], 0.0))
     return sigma[0], abs(point.working_current) + sigma[1]
+
+
+def _bearable_roughness(point: MotorPoint, sigma_d: float, sigma_q: float) -> float:
+    """Square of the s > 0 that solves (3 s σ_d)² + (|i_q| + 3 s σ_q)² = rated²; infinity if the currents stand still."""
+    a, b = SIGMAS**2 * (sigma_d**2 + sigma_q**2), SIGMAS * abs(point.working_current) * sigma_q
+    room = point.rated_current**2 - point.working_current**2
+    return float(room / (b + np.sqrt(b**2 + a * room))) ** 2 if a > 0 and room > 0 else (np.inf if room > 0 else 0.0)
 
 
 def _noise(setting: Setting, loops: list[tuple[Subject, Plant]]) -> np.ndarray | None:

@@ -24,6 +24,22 @@ LATERAL = ("K_hp", "K_hpdot", "K_yddot", "K_ydot")
 LARGEST = 1e6  # beyond this a gain is a slip of the unit: a gap of 1 µm would ask for the full main-coil current
 
 
+def checked_gain(name: str, value) -> float:
+    """The value of one of the seventeen as a float; an InputError for an unknown name or an unusable value."""
+    if name not in GAIN_UNITS:
+        raise unknown_name("gain", str(name), GAIN_UNITS)
+    unit = GAIN_UNITS[name]
+    number = isinstance(value, int | float) and not isinstance(value, bool)
+    if not number or not -math.inf < value < math.inf:
+        raise InputError(f"{name} must be a finite number [{unit}]; got {str(value)[:60]!r}. Give a plain number.")
+    if abs(value) > LARGEST:
+        given = f"{value:.6g}" if abs(value) < 1e300 else "a number beyond 1e300"  # an int may be too large to print
+        raise InputError(f"{name} must lie within ±{LARGEST:g} {unit}; got {given}. Check its unit.")
+    if name in TIME_CONSTANTS and value < 0:
+        raise InputError(f"{name} must not be negative; got {value!r} s. A filter that grows in time is unstable.")
+    return float(value)
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
 class Gains(Result):
     """The seventeen parameters, with the names and units of `GAIN_UNITS`.
@@ -51,14 +67,7 @@ class Gains(Result):
 
     def __post_init__(self) -> None:
         for name in GAIN_NAMES:
-            value = getattr(self, name)
-            if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-                raise InputError(f"{name} must be a finite number [{GAIN_UNITS[name]}]; got {str(value)[:60]!r}. Give a plain number.")
-            if abs(value) > LARGEST:
-                raise InputError(f"{name} must lie within ±{LARGEST:g} {GAIN_UNITS[name]}; got {value!r}. Check its unit.")
-            if name in TIME_CONSTANTS and value < 0:
-                raise InputError(f"{name} must not be negative; got {value!r} s. A filter with a negative time constant is unstable.")
-            object.__setattr__(self, name, float(value))
+            object.__setattr__(self, name, checked_gain(name, getattr(self, name)))
 
     @classmethod
     def from_mapping(cls, mapping: Mapping[str, float]) -> "Gains":

@@ -5,7 +5,7 @@
 When none does: which requirement binds, where, and by how much it misses.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 
@@ -114,7 +114,7 @@ def design(
     starts : number of seeded starts, random around a centre; with `start` given, the first is those gains
     solver : "slsqp" or "ipopt"
     workers : processes among which the starts are shared; a script that asks for more than one needs the usual
-        `if __name__ == "__main__"`. The result does not depend on it.
+        `if __name__ == "__main__"`. The starts do not depend on it.
     on_start : called after each start, for progress
 
     Raises
@@ -159,7 +159,7 @@ def _finished(problem: Problem, programme: Programme, candidates, log: tuple[Sta
                 problem=problem, gains=gains, analysis=analysis, requirements=judged, starts=log,
                 binding=outcome.binding, seed=seed, solver=solver,
             )  # fmt: skip
-    raise _infeasible(problem, programme, finished)
+    raise _infeasible(problem, programme, [*candidates, *(o.x for o in finished)])
 
 
 Job = tuple[Gains, float, np.random.SeedSequence, str]  # centre, spread, seed, solver
@@ -278,18 +278,27 @@ def exact_peaks(problem: Problem, gains: Gains) -> list[tuple[int, float, float]
     return out
 
 
-def _infeasible(problem: Problem, programme: Programme, outcomes: Iterable[Outcome]) -> InfeasibleError:
-    """The refusal: what misses at the point whose largest relative violation is smallest."""
-    best = min((least_violation(programme, o.x) for o in sorted(outcomes, key=lambda o: o.violation)[:2]), key=lambda o: o.violation)
-    analysis = analyse(problem.setting, rounded(programme.gains(best.x)), problem.name)
-    missed = sorted((v for v in verdicts(problem, analysis) if not v.met), key=lambda v: -_miss(v))
-    if not missed:
-        binding = ", ".join(best.binding[:3]) or "none"
-        return InfeasibleError(f"no start met every requirement of {problem.name!r}; binding: {binding}. Try more --starts.")
-    words = "; ".join(f"{v.sentence()}, a miss of {100 * _miss(v):.2g} %" for v in missed[:4])
+def _infeasible(problem: Problem, programme: Programme, points: list[np.ndarray]) -> InfeasibleError:
+    """The refusal: what misses at the stable point whose largest relative violation, exactly measured, is smallest."""
+    tried = [*points, *(least_violation(programme, x).x for x in points)]
+    best: tuple[float, list[Verdict]] | None = None
+    for x in tried:
+        if programme.abscissa(programme.theta(x)) >= 0:
+            continue
+        analysis = analyse(problem.setting, rounded(programme.gains(x)), problem.name)
+        missed = sorted((v for v in verdicts(problem, analysis) if not v.met), key=lambda v: -_miss(v))
+        if analysis.stable and (best is None or (_miss(missed[0]) if missed else 0.0) < best[0]):
+            best = (_miss(missed[0]) if missed else 0.0, missed)
+    if best is None:
+        return InfeasibleError(
+            f"no start for {problem.name!r} ended stable; try more --starts, or give --fix values that stabilise."
+        )
+    if not best[1]:
+        return InfeasibleError(f"no start met every requirement of {problem.name!r} after rounding; try more --starts.")
+    words = "; ".join(f"{v.sentence()}, a miss of {100 * _miss(v):.2g} %" for v in best[1][:4])
     return InfeasibleError(
         f"the requirements of {problem.name!r} cannot be met together: {words}. "
-        f"At the limit besides: {', '.join(best.binding[:4])}. Relax one of them, widen a bound or free another gain."
+        "These bind against each other at the best compromise found; relax one of them, widen a bound or free another gain."
     )
 
 

@@ -82,6 +82,7 @@ class GroupMeasures:
         self._matrix = Buffered(ca.Function("state_matrix", [theta], [ca.densify(A)]))
         self.size = plant.A.shape[0] + len(subject.modal_rows)
         self._peaks = np.zeros(0)
+        self._last = (np.zeros((0, 0)), np.zeros((0, 0, 0)))
 
     @property
     def classes(self) -> list[str]:
@@ -95,15 +96,22 @@ class GroupMeasures:
 
     def responses(self, theta: np.ndarray) -> tuple[Values, Values]:
         """Mean squares of the classes, and σ_max(S)² at every node."""
-        value, jacobian = self._evaluate(theta, self._kernel)
+        value, jacobian = self._last = self._evaluate(theta, self._kernel)
         square = np.einsum("ck,kc->c", self.quadrature, value[:, :-1])
         slope = np.einsum("ck,kcj->cj", self.quadrature, jacobian[:, :-1])
-        peak, peak_slope = value[:, -1], jacobian[:, -1]
+        peak, peak_slope = value[:, -1].copy(), jacobian[:, -1].copy()  # the next call overwrites the buffers
         if len(self._peaks):
             more, more_slope = self._evaluate(theta, self._peak_kernel)
             peak = np.concatenate([peak, more[:, -1]])
             peak_slope = np.concatenate([peak_slope, more_slope[:, -1]])
         return Values(square, slope), Values(peak, peak_slope)
+
+    def densities(self) -> dict[str, Values]:
+        """Unweighted acceleration densities [(m/s²)²/Hz] at every node, (K,) and (K, 17), of the last `responses`."""
+        value, jacobian = self._last
+        return {
+            name: Values(value[:, c], jacobian[:, c]) for c, name in enumerate(self.classes) if name.startswith("acceleration")
+        }
 
     def state_matrix(self, theta: np.ndarray) -> np.ndarray:
         """State matrix of the group's closed loop."""
@@ -209,11 +217,7 @@ def _static_response(subject: Subject, theta, ends: tuple[int, int]):
     P = plant.response([0.0])[0].real
     u, y = plant.index("inputs", subject.commands), plant.index("outputs", law.sensors)
     gaps = plant.index("outputs", [f"{kind}_{i + 1}" for kind in ("gap", "gap_lateral") for i in ends])
-    A, B, C, D = law.state_space(theta)
-    rows = subject.modal_rows
-    U = ca.DM(subject.patterns)
-    at_rest = D + ca.mtimes(C[:, rows], ca.solve(-A[rows, rows], B[rows, :]))
-    K = ca.mtimes(U.T, at_rest)
+    K = subject.static_gain(theta)
     G = ca.DM(P[np.ix_(y, u)])
     S = ca.inv(ca.SX.eye(len(u)) - ca.mtimes(K, G))
     return ca.mtimes([ca.DM(P[np.ix_(gaps, u)]), S, K[:, 2 * n :]])

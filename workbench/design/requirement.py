@@ -28,6 +28,7 @@ QUANTITIES = {
     "lateral ride mask ratio": ("<=", "1", "lateral_ride_mask_ratio_at_most", 1.0),
     MOTOR_CURRENT: ("<=", "A", "motor_current_at_most_a", 1.0),
 }
+RIDE_MASKS = {"vertical ride mask ratio": "vertical", "lateral ride mask ratio": "lateral"}  # name to direction
 CLOSE_ENOUGH = 1e-9  # relative; a value at its limit to nine digits is met
 
 

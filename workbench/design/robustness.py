@@ -1,4 +1,4 @@
-"""What a design keeps when the vehicle is not the nominal one: mass, force per current, a lost current command.
+"""What a design keeps when the vehicle is not the nominal one: mass, force per current, sensor scale, a lost current command.
 
     problem, gains --each case--> closed loop --> stable, smallest damping ratio, peak sensitivity of each group
 """
@@ -13,9 +13,11 @@ from workbench.analysis.mode import REAL
 from workbench.analysis.norm import peak_gain
 from workbench.analysis.setting import Setting
 from workbench.control import Gains
+from workbench.control.gains import LATERAL, VERTICAL
 from workbench.design.problem import Problem
-from workbench.loop import GROUPS, Subject, group, subject
+from workbench.loop import GROUPS, Subject, subject
 from workbench.loop.closed import interconnect
+from workbench.loop.group import commanded
 from workbench.lti import Plant
 from workbench.result import Result, Row
 
@@ -25,6 +27,13 @@ CASES: dict[str, Mapping[str, float]] = {
     "mass +15 %": {"mass": 1.15},
     "current force −10 %": {"current_force": 0.90},
     "current force +10 %": {"current_force": 1.10},
+}
+# All sensors of one direction reading too little or too much is the same as their filter gains being off.
+SENSOR_CASES = {
+    "vertical sensors −10 %": (VERTICAL, 0.90),
+    "vertical sensors +10 %": (VERTICAL, 1.10),
+    "lateral sensors −10 %": (LATERAL, 0.90),
+    "lateral sensors +10 %": (LATERAL, 1.10),
 }
 
 
@@ -49,7 +58,7 @@ class Case(Result):
 
 
 def robustness(problem: Problem, gains: Gains, vary: Callable[..., Any]) -> tuple[Case, ...]:
-    """The cases of `CASES` and, where both groups are looked at, the loss of each current command.
+    """The cases of `CASES` and `SENSOR_CASES` and, where both groups are looked at, the loss of each current command.
 
     vary : (vehicle, **factors) -> vehicle, such as `vehicle.varied`
     """
@@ -57,8 +66,11 @@ def robustness(problem: Problem, gains: Gains, vary: Callable[..., Any]) -> tupl
     for name, factors in CASES.items():
         setting = problem.with_vehicle(vary(problem.vehicle, **factors)).setting if factors else problem.setting
         cases.append(_case(name, [(s, s.close(gains)) for s in setting.subjects]))
+    for name, (signals, factor) in SENSOR_CASES.items():
+        scaled = gains.with_values(**{gain: factor * getattr(gains, gain) for gain in signals})
+        cases.append(_case(name, [(s, s.close(scaled)) for s in problem.subjects]))
     if set(problem.setting.groups) == set(GROUPS):
-        cases += [_lost_command(problem.setting, gains, k) for k in range(problem.law.count)]
+        cases += [_lost_command(problem.setting, gains, k) for k in range(len(problem.law.commands))]
     return tuple(cases)
 
 
@@ -70,7 +82,7 @@ def _case(name: str, loops: list[tuple[Subject, Plant]]) -> Case:
 
 
 def _lost_command(setting: Setting, gains: Gains, lost: int) -> Case:
-    """The whole vehicle with one coil set's control current at zero; sensitivity at the remaining commands."""
+    """The whole vehicle with one command at zero, a motor keeping its mean current; sensitivity at the remaining ones."""
     whole = subject(setting.plant, setting.law, "all")
     A, B, C, D = whole.controller(gains)
     C, D = C.copy(), D.copy()
@@ -81,10 +93,10 @@ def _lost_command(setting: Setting, gains: Gains, lost: int) -> Case:
     stable = bool(poles.real.max() < 0)
     peaks: dict[str, float | None] = {}
     for name in GROUPS:
-        U = group(name, setting.law.positions).patterns
+        U = commanded(name, setting.law).patterns
         a, b, c, d = whole.sensitivity(closed)
         peaks[name] = peak_gain(a, b @ U, U.T @ c, U.T @ d @ U).upper if stable else None
-    return Case(name=f"command {lost + 1} lost", stable=stable, damping=_damping(poles), decay=float(-poles.real.max()), peak_sensitivity=peaks)
+    return Case(name=f"{setting.law.commands[lost].replace('_', ' ')} lost", stable=stable, damping=_damping(poles), decay=float(-poles.real.max()), peak_sensitivity=peaks)
 
 
 def _damping(poles: np.ndarray) -> float:

@@ -12,11 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.analysis.motor import current_at_3_sigma, slope_at_3_sigma
+from workbench.analysis.analysis import COST_POINTS
+from workbench.analysis.comfort_summary import mask_for
 from workbench.constants import GRAVITY
 from workbench.control.gains import GAIN_NAMES, TIME_CONSTANTS, Gains
 from workbench.design.measures import GAPS, MOTOR_SQUARES, GroupMeasures, static_error_function
 from workbench.design.problem import Problem
-from workbench.design.requirement import MOTOR_CURRENT
+from workbench.design.requirement import MOTOR_CURRENT, RIDE_MASKS
 from workbench.errors import InputError
 
 COST_SCALE = 1e4  # J = 10⁴ Σ mean squares in g²
@@ -28,6 +30,7 @@ SLOWEST = 4  # eigenvalues per group whose damping and decay are constrained: th
 SENSED_HZ = (0.02, 60.0)  # grid nodes at which the sensitivity is constrained; it tends to 1 outside
 STABLE_DECAY = 1e-3  # [1/s] required even where no decay rate is asked for
 PEAK_SIGMAS = 3.0
+MASK_BACK_OFF = 0.02  # a density between two nodes may exceed both by a per cent
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,10 +141,11 @@ class Programme:
                 limit = (self.sensitivity_limit * (1 - self.back_off)) ** 2
                 rows.append((f"peak sensitivity of {group.subject.name}", 1 - peak.value[kept] / limit, -peak.gradient[kept] / limit))
         rows += self._square_rows(squares, slopes)
+        rows += self._mask_rows()
         static, static_slope = (m.full() for m in self._static(theta))
         rows += self._static_rows(squares, slopes, static.ravel(), static_slope)
 
-        felt = [name for name in squares if name.startswith("acceleration")]
+        felt = [name for name in squares if name.startswith("acceleration") and name.rsplit(", ", 1)[1] in COST_POINTS]
         cost = COST_SCALE / GRAVITY**2 * sum(squares[name] for name in felt)
         cost_slope = COST_SCALE / GRAVITY**2 * sum(slopes[name] for name in felt)
         inner = np.where(self._log, theta[self.free], self._typical)
@@ -190,6 +194,27 @@ class Programme:
             by = slope_at_3_sigma(point, *both)
             slope = sum(part * slopes[name] for part, name in zip(by, MOTOR_SQUARES, strict=True))
             rows.append((MOTOR_CURRENT, np.array([1 - current_at_3_sigma(point, *both) / limit]), -slope / limit))
+        return rows
+
+    def _mask_rows(self):
+        """Acceleration densities over the ride mask, at the grid's nodes that the mask covers."""
+        rows = []
+        for name, direction in RIDE_MASKS.items():
+            limit = self.limits.get(name)
+            if not limit:
+                continue
+            mask = mask_for(direction)
+            f = self.groups[0].omega / (2 * np.pi)
+            inside = (f >= mask.frequency_hz[0]) & (f <= mask.frequency_hz[-1])
+            allowed = mask.psd(f[inside])[:, None] * limit * (1 - MASK_BACK_OFF)
+            axis = "acceleration " + {"vertical": "z", "lateral": "y"}[direction]
+            total: dict[str, tuple[np.ndarray, np.ndarray]] = {}
+            for group in self.groups:
+                for place, density in group.densities().items():
+                    if place.startswith(axis):
+                        value, slope = total.get(place, (0.0, 0.0))
+                        total[place] = value + density.value[inside], slope + density.gradient[inside]
+            rows += [(f"{name} at {place}", 1 - v / allowed[:, 0], -d / allowed) for place, (v, d) in total.items()]
         return rows
 
     def _static_rows(self, squares, slopes, static, static_slope):

@@ -6,10 +6,12 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
+from workbench.analysis.analysis import analyse
 from workbench.control import Gains
 from workbench.design.design import STARTS, design, refine
 from workbench.design.problem import Problem
 from workbench.design.requirement import QUANTITIES, Requirement
+from workbench.design.verdict import verdicts
 from workbench.errors import InfeasibleError, InputError, unknown_name
 from workbench.result import Result, Row
 
@@ -50,7 +52,7 @@ def trade_off(problem: Problem, quantity: str, limits: Sequence[float], *, start
         try:
             best = refine(one, start) if start is not None else design(one, starts=starts, seed=seed)
         except InfeasibleError:
-            found[limit] = (None, None)
+            found[limit] = _as_they_are(one, start)
         else:
             start = best.gains
             found[limit] = (best.analysis.cost, best.gains)
@@ -60,3 +62,12 @@ def trade_off(problem: Problem, quantity: str, limits: Sequence[float], *, start
         quantity=quantity, unit=unit, limits=tuple(order),
         costs=tuple(found[x][0] for x in order), gains=tuple(found[x][1] for x in order),
     )  # fmt: skip
+
+
+def _as_they_are(problem: Problem, gains: Gains | None) -> tuple[float | None, Gains | None]:
+    """The starting gains themselves where they meet the requirements; nothing otherwise."""
+    if gains is None:
+        return None, None
+    analysis = analyse(problem.setting, gains, problem.name)
+    met = analysis.stable and all(v.met for v in verdicts(problem, analysis))
+    return (analysis.cost, gains) if met else (None, None)

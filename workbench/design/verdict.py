@@ -3,14 +3,26 @@
 import numpy as np
 
 from workbench.analysis.analysis import Analysis
+from workbench.analysis.comfort_summary import comfort_summary
 from workbench.design.problem import Problem
-from workbench.design.requirement import MOTOR_CURRENT, Requirement, Verdict, judge
+from workbench.design.requirement import MOTOR_CURRENT, RIDE_MASKS, Requirement, Verdict, judge
 
 
 
 def verdicts(problem: Problem, analysis: Analysis) -> tuple[Verdict, ...]:
     """One verdict per requirement; the peak sensitivity gets one per group of motion."""
-    return tuple(v for r in problem.requirements for v in _judge(r, analysis))
+    out: list[Verdict] = []
+    for r in problem.requirements:
+        out += _judge_mask(r, problem, analysis) if r.name in RIDE_MASKS else _judge(r, analysis)
+    return tuple(out)
+
+
+def _judge_mask(requirement: Requirement, problem: Problem, a: Analysis) -> list[Verdict]:
+    """A ride mask, from spectra finer than the optimiser's grid."""
+    if not a.stable:
+        return [judge(requirement, None, "unstable loop")]
+    value, where = comfort_summary(problem.setting, a.gains).worst_ratio(RIDE_MASKS[requirement.name])
+    return [judge(requirement, value, where)]
 
 
 def _judge(requirement: Requirement, a: Analysis) -> list[Verdict]:

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
-from workbench.analysis.setting import Setting
+from workbench.analysis.setting import MotorPoint, Setting
 from workbench.constants import GRAVITY
 from workbench.control import Gains, ModalLaw
 from workbench.design.problem import Problem
@@ -25,7 +25,7 @@ from workbench.guideway.irregularity import TYPES
 from workbench.guideway.roughness import Roughness
 from workbench.guideway.spectrum import PowerLaw
 from workbench.vehicle import Extras, Vehicle, current_forces
-from workbench.vehicle.drive import MotorDrive
+from workbench.vehicle.drive import MotorDrive, with_motor
 from workbench.vehicle.flight import Flight
 from workbench.vehicle.operating import OperatingPoint, operating_point
 
@@ -182,8 +182,11 @@ class ProblemData:
         d, coil = self.file, self.file.control_coil
         flown, point = self.flight(), self.operating_point(vehicle)
         per_command = len(vehicle.groups[0])
+        drive = self.drive()
+        law = ModalLaw if drive is None else ModalLaw.with_motor
         return Setting(
-            plant=point.plant(), law=ModalLaw(point.nominal.vehicle.command_positions, vehicle.depth), groups=d.problem.groups,
+            plant=point.plant() if drive is None else with_motor(point.plant(), drive),
+            law=law(point.nominal.vehicle.command_positions, vehicle.depth), groups=d.problem.groups,
             speed=vehicle.speed, guideway=self.roughness(), points=self.points(),
             accelerometer_bias=d.sensors.accelerometer_bias_mg * 1e-3 * GRAVITY,
             sensor_noise=(d.sensors.gap_noise_um_per_root_hz * 1e-6, d.sensors.acceleration_noise_mm_s2_per_root_hz * 1e-3),
@@ -191,6 +194,7 @@ class ProblemData:
             coil_resistance=per_command * coil.resistivity_ohm_m * coil.turn_length_m / (coil.conductor_area_cm2 * 1e-4),
             main_current=flown.current if flown else d.force_law.main_current_a_turns,
             clearance=(flown.gap, flown.gap_lateral) if flown else (d.vehicle.gap_m, d.vehicle.gap_lateral_m),
+            motor=_motor_point(drive) if drive else None,
         )  # fmt: skip
 
     def build(self) -> Problem:
@@ -206,6 +210,12 @@ class ProblemData:
             sample_time=d.discretisation.sample_time_s,
             data_sha256=self.sha256, sources={name: block.source for name in d.__class__.model_fields if (block := getattr(d, name)) is not None},
         )  # fmt: skip
+
+
+def _motor_point(drive: MotorDrive) -> MotorPoint:
+    return MotorPoint(
+        rated_current=drive.rated_current, working_current=drive.working_current, thrust=drive.thrust, forces=drive.input_matrix
+    )
 
 
 def read_gains(path: Path) -> Gains:

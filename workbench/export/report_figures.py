@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from workbench.analysis.spectra import Spectra, response_spectra
 from workbench.analysis.comfort import Mask, boundary, worst_ratio
 from workbench.constants import GRAVITY
 from workbench.design.design import Design
@@ -18,7 +19,7 @@ from workbench.design.tradeoff import TradeOff
 from workbench.export.report_style import figure_block, svg_figure, table_block
 from workbench.plots.design import plot_roots
 from workbench.plots.nyquist import LoopCurve, loop_curves, plot_nyquist
-from workbench.plots.spectra import Spectra, plot_acceleration, plot_current, plot_gap, response_spectra
+from workbench.plots.spectra import plot_acceleration, plot_current, plot_gap
 from workbench.plots.tradeoff import plot_tradeoff
 from workbench.result import figure as digits
 

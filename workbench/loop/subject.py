@@ -62,9 +62,25 @@ class Subject:
         """
         kept, own = self.law.kept_filters(gains), set(self.modal_rows)
         mine = [k for k, name in enumerate(kept) if name in own]
-        A, B, C, D = self.law.numeric(gains, resolve)
-        out = self.patterns.T if resolve is None else np.eye(len(C))
-        return A[np.ix_(mine, mine)], B[mine], out @ C[:, mine], out @ D
+        if resolve is None:
+            theta = ca.DM(list(gains.as_dict().values()))
+            resolve = self.patterns.T @ ca.DM(self.law.resolution(theta)).full()
+        A, B, C, D = self.law.numeric(gains, resolve * self._owned)
+        return A[np.ix_(mine, mine)], B[mine], C[:, mine], D
+
+    def static_gain(self, theta: ca.SX) -> ca.SX:
+        """(k, 4n): pattern commands per sensor signal at rest, symbolic in the seventeen parameters."""
+        A, B, C, D = self.law.filter_bank(theta)
+        return ca.mtimes(self._resolution(theta), D - ca.mtimes(C, ca.solve(A, B)))
+
+    @property
+    def _owned(self) -> np.ndarray:
+        """1 for the group's channels, 0 for the others, in the order of `CHANNELS`: others measure held coordinates."""
+        return np.array([float(k in self.channels) for k in range(len(CHANNELS))])
+
+    def _resolution(self, theta):
+        """(k, 5): pattern commands from the filtered channels of the group."""
+        return ca.mtimes([ca.DM(self.patterns.T), self.law.resolution(theta), ca.diag(ca.DM(self._owned))])
 
     def close(self, gains: Gains) -> Plant:
         """The closed loop of the group: inputs as of the plant plus errors of sensors and pattern commands."""
@@ -85,9 +101,9 @@ class Subject:
         if theta.numel() != len(GAIN_NAMES):
             raise InputError(f"theta must have {len(GAIN_NAMES)} entries; got {theta.numel()}.")
         rows = self.modal_rows
-        Ac, Bc, Cc, Dc = self.law.state_space(theta)
-        U = ca.DM(self.patterns)
-        Ac, Bc, Cc, Dc = Ac[rows, rows], Bc[rows, :], ca.mtimes(U.T, Cc[:, rows]), ca.mtimes(U.T, Dc)
+        Ac, Bc, Cc, Dc = self.law.filter_bank(theta)
+        resolve = self._resolution(theta)
+        Ac, Bc, Cc, Dc = Ac[rows, rows], Bc[rows, :], ca.mtimes(resolve, Cc[:, rows]), ca.mtimes(resolve, Dc)
         plant, law = self.plant, self.law
         u, y = plant.index("inputs", self.commands), plant.index("outputs", law.sensors)
         Bu, Cy, Dyu = ca.DM(plant.B[:, u]), ca.DM(plant.C[y]), plant.D[np.ix_(y, u)]

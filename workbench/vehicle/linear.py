@@ -1,7 +1,6 @@
 """Linearisation at a checked trim: the matrices of Tables B-1 and B-2, and a Plant with named signals.
 
     equations --CasADi Jacobians at the trim--> dynamics, inputs --> Linearisation --> Plant (with current loops)
-                                                        MotorDrive --its stiffness and currents--> the same, driven
 """
 
 from dataclasses import dataclass
@@ -12,7 +11,6 @@ import numpy as np
 from workbench.lti import Plant
 from workbench.lti.signals import COORDINATES
 from workbench.result import Result, Row
-from workbench.vehicle.drive import MotorDrive, with_motor
 from workbench.vehicle.equations import equations
 from workbench.vehicle.parameters import Vehicle
 from workbench.vehicle.trim import Trim, trim
@@ -24,8 +22,6 @@ SYMMETRIC, ANTISYMMETRIC = (0, 1), (2, 3, 4)  # positions in COORDINATES
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
 class Linearisation(Result):
     """I q̈ = stiffness q + damping q̇ + B α + C ζ + D η + bank φ_g + external, q = (Z, Θ, Y, Φ, Ψ) about the trim.
-
-    stiffness includes that of a motor at its working point; the motor's currents are inputs of the plant only.
 
     inertia : (5,) m, B, m, A, C;  stiffness, damping : (5, 5);  current, zeta, eta, bank : (5, n)
     gap_rows : (2n, 5) displacement of the coil sets;  the sensors' matrices stay with the Plant.
@@ -53,13 +49,12 @@ class Linearisation(Result):
         return out
 
 
-def linearise(vehicle: Vehicle, at: Trim | None = None, *, drive: MotorDrive | None = None) -> Linearisation:
+def linearise(vehicle: Vehicle, at: Trim | None = None) -> Linearisation:
     """The linear vehicle about a trim; about the nominal pose, held by a constant moment, unless told otherwise.
 
     The Plant has inputs command_i (α before the current loop, or α itself without lag), zeta_i, eta_i, bank_i and the
     external loads; outputs are the coordinates, their rates and accelerations, and per coil set current, gap,
-    gap_lateral, acceleration_z and acceleration_y (accelerometer readings, away from the guideway positive). A motor
-    adds commands and currents of its own (`drive.with_motor`), and its stiffness.
+    gap_lateral, acceleration_z and acceleration_y (accelerometer readings, away from the guideway positive).
     """
     at = trim(vehicle) if at is None else at
     vehicle = at.vehicle
@@ -77,13 +72,10 @@ def linearise(vehicle: Vehicle, at: Trim | None = None, *, drive: MotorDrive | N
     A, B, C, D = (np.array(ca.densify(J)) for J in jacobians(here, inputs))
     inertia = np.array([vehicle.mass, vehicle.pitch_inertia, vehicle.mass, vehicle.roll_inertia, vehicle.yaw_inertia], float)
     forces = inertia[:, None] * B[5:]
-    stiffness, plant = inertia[:, None] * A[5:, :5], _plant(vehicle, A, B, C, D)
-    if drive is not None:
-        stiffness, plant = stiffness + drive.stiffness, with_motor(plant, drive)
     return Linearisation(
-        trim=at, inertia=inertia, stiffness=stiffness, damping=inertia[:, None] * A[5:, 5:],
+        trim=at, inertia=inertia, stiffness=inertia[:, None] * A[5:, :5], damping=inertia[:, None] * A[5:, 5:],
         current=forces[:, :n], zeta=forces[:, n : 2 * n], eta=forces[:, 2 * n : 3 * n], bank=forces[:, 3 * n : 4 * n],
-        plant=plant,
+        plant=_plant(vehicle, A, B, C, D),
     )  # fmt: skip
 
 
