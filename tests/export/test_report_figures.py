@@ -8,7 +8,8 @@ from workbench.analysis.comfort import boundary
 from workbench.design.tradeoff import TradeOff
 from workbench.errors import InputError
 from workbench.plots.design import plot_roots
-from workbench.plots.nyquist import loop_curves, plot_nyquist
+from workbench.analysis.loop_curve import loop_curves
+from workbench.plots.nyquist import plot_nyquist
 from workbench.analysis.spectra import response_spectra
 from workbench.plots.spectra import plot_acceleration, plot_current, plot_gap
 from workbench.plots.tradeoff import plot_tradeoff

@@ -18,7 +18,8 @@ from workbench.design.design import Design
 from workbench.design.tradeoff import TradeOff
 from workbench.export.report_style import figure_block, svg_figure, table_block
 from workbench.plots.design import plot_roots
-from workbench.plots.nyquist import LoopCurve, loop_curves, plot_nyquist
+from workbench.analysis.loop_curve import LoopCurve, loop_curves
+from workbench.plots.nyquist import plot_nyquist
 from workbench.plots.spectra import plot_acceleration, plot_current, plot_gap
 from workbench.plots.tradeoff import plot_tradeoff
 from workbench.result import figure as digits
