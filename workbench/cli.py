@@ -41,7 +41,9 @@ def run(arguments: list[str] | None = None) -> int:
         return 0
     except OSError as error:  # a name too long, a full disk: whatever the system refuses and no command foresaw
         place = str(error.filename or "a file")[:120]
-        return _complain(f"{place} must be usable; the system says: {error.strerror or error}. Check path and space.", 2)
+        return _complain(
+            f"{place} must be usable; the system says: {error.strerror or error}. Check path and space.", 2
+        )
     except Exception as error:  # typer's usage errors carry format_message; anything else is a defect and shows itself
         if type(error).__name__ == "Abort":
             return _complain("interrupted; what was finished is kept.", 130)

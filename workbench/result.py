@@ -66,7 +66,8 @@ class Result:
     def _repr_html_(self) -> str:
         rows = self.rows()
         cells = "".join(
-            f"<tr><td>{escape(name)}</td><td style='text-align:right'>{escape(figure(value))}</td><td>{escape(unit)}</td></tr>"
+            f"<tr><td>{escape(name)}</td><td style='text-align:right'>{escape(figure(value))}</td>"
+            f"<td>{escape(unit)}</td></tr>"
             for name, value, unit in rows[:MAX_ROWS]
         )
         more = f"<tr><td colspan=3>… {len(rows) - MAX_ROWS} more</td></tr>" if len(rows) > MAX_ROWS else ""

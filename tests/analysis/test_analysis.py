@@ -112,7 +112,7 @@ def test_ten_milliseconds_of_lag_make_them_barely_stable(report):
 
 
 def test_heave_peak_sensitivity_is_the_static_one_of_the_softened_spring(report):
-    problem, a = report
+    problem, _ = report
     heave = load_problem("heave")
     one = analyse(heave.with_vehicle(problem.vehicle).setting, problem.approved)
     at_rest = heave.with_vehicle(problem.vehicle).subjects[0]
@@ -124,7 +124,9 @@ def test_heave_peak_sensitivity_is_the_static_one_of_the_softened_spring(report)
 
 def test_a_time_constant_of_zero_is_refused_where_responses_are_asked_for(report):
     problem, _ = report
-    with pytest.raises(InputError, match="tau_h must be positive where responses are asked for; got 0 with K_hdot = 0.15"):
+    with pytest.raises(
+        InputError, match=r"tau_h must be positive where responses are asked for; got 0 with K_hdot = 0\.15"
+    ):
         analyse(problem.setting, problem.approved.with_values(tau_h=0.0))
 
 

@@ -69,7 +69,9 @@ def test_eigenvalue_derivatives_are_those_of_the_eigenvalues(groups):
             moved = group.eigenvalues(theta + step * np.eye(17)[k])[0]
             nearest = moved[np.abs(moved[None, :] - values[:, None]).argmin(axis=1)]
             # forward difference: error of the order of the step times the second derivative
-            np.testing.assert_allclose((nearest - values) / step, slopes[:, k], atol=2e-3 * (1 + np.abs(slopes[:, k]).max()))
+            np.testing.assert_allclose(
+                (nearest - values) / step, slopes[:, k], atol=2e-3 * (1 + np.abs(slopes[:, k]).max())
+            )
 
 
 def test_the_smooth_static_error_is_the_exact_one(problem):
@@ -78,7 +80,9 @@ def test_the_smooth_static_error_is_the_exact_one(problem):
     by_name = dict(zip(GAPS, smooth, strict=True))
     # the smoothing of |x| adds at most 1e-6 m/(m/s²) × 8 sensors × the bias of 0.02 m/s²
     assert max(by_name["gap, front"], by_name["gap, rear"]) == pytest.approx(exact["gap"], abs=2e-7)
-    assert max(by_name["lateral gap, front"], by_name["lateral gap, rear"]) == pytest.approx(exact["gap_lateral"], abs=2e-7)
+    assert max(by_name["lateral gap, front"], by_name["lateral gap, rear"]) == pytest.approx(
+        exact["gap_lateral"], abs=2e-7
+    )
 
 
 def test_no_node_of_the_grid_exceeds_the_exact_peak_sensitivity(problem, groups):

@@ -5,12 +5,12 @@ import pytest
 from matplotlib.figure import Figure
 
 from workbench.analysis.comfort import boundary
+from workbench.analysis.loop_curve import loop_curves
+from workbench.analysis.spectra import response_spectra
 from workbench.design.tradeoff import TradeOff
 from workbench.errors import InputError
 from workbench.plots.design import plot_roots
-from workbench.analysis.loop_curve import loop_curves
 from workbench.plots.nyquist import plot_nyquist
-from workbench.analysis.spectra import response_spectra
 from workbench.plots.spectra import plot_acceleration, plot_current, plot_gap
 from workbench.plots.tradeoff import plot_tradeoff
 

@@ -85,7 +85,9 @@ class Analysis(Result):
             del document["motor"]
         document["peak_sensitivity"] = {k: None if p is None else p.value for k, p in self.peak_sensitivity.items()}
         document["peak_sensitivity_bracket"] = {
-            k: None if p is None else plain({"lower": p.lower, "upper": p.upper, "frequency_hz": p.frequency / (2 * np.pi)})
+            k: None
+            if p is None
+            else plain({"lower": p.lower, "upper": p.upper, "frequency_hz": p.frequency / (2 * np.pi)})
             for k, p in self.peak_sensitivity.items()
         }
         return document
@@ -98,14 +100,21 @@ class Analysis(Result):
             ("smallest damping ratio", self.damping, "1"),
             ("decay rate", self.decay, "1/s"),
         ]
-        out += [(f"peak sensitivity, {g}", None if p is None else p.value, "1") for g, p in self.peak_sensitivity.items()]
+        out += [
+            (f"peak sensitivity, {g}", None if p is None else p.value, "1") for g, p in self.peak_sensitivity.items()
+        ]
         units = {"gap": ("mm", 1e3), "gap_lateral": ("mm", 1e3), "current": ("1", 1.0)}
         for name, values in self.rms.items():
             unit, factor = units.get(name, ("m/s²", 1.0))
             out += [(f"rms {name}, {place}", None if v is None else v * factor, unit) for place, v in values.items()]
         out.append(("sum of mean square currents", self.sum_alpha_squared, "1"))
-        out += [(f"static {k} error from bias", None if v is None else v * 1e3, "mm") for k, v in self.static_error.items()]
-        out += [(f"peak {k} change (static + 3σ)", None if v is None else v * 1e3, "mm") for k, v in self.peak_gap_change.items()]
+        out += [
+            (f"static {k} error from bias", None if v is None else v * 1e3, "mm") for k, v in self.static_error.items()
+        ]
+        out += [
+            (f"peak {k} change (static + 3σ)", None if v is None else v * 1e3, "mm")
+            for k, v in self.peak_gap_change.items()
+        ]
         out += [(f"control power, {k}", v, "W") for k, v in self.control_power_w.items()]
         return out + ([] if self.motor is None else self.motor.rows())
 
@@ -131,7 +140,8 @@ def analyse(setting: Setting, gains: Gains, name: str = "") -> Analysis:
         modes=tuple(sorted(modes, key=lambda m: m.frequency_hz)), peak_sensitivity=peaks,
         rms=random.rms, by_type=random.by_type, sum_alpha_squared=random.sum_alpha_squared,
         static_error=static, sensor_noise_rms=noise, peak_gap_change=_peaks(random.rms, static, noise),
-        clearance=dict(zip(("gap", "gap_lateral"), setting.clearance, strict=True)), control_power_w=random.power, cost=random.cost,
+        clearance=dict(zip(("gap", "gap_lateral"), setting.clearance, strict=True)),
+        control_power_w=random.power, cost=random.cost,
         motor=motor_work(setting, loops, random.motor_squares, random.motor_power),
     )  # fmt: skip
 

@@ -59,7 +59,10 @@ class ComfortSummary(Result):
         return worst.mask_ratio, f"{worst.point}, {worst.mask_frequency_hz:.3g} Hz"
 
     def rows(self) -> list[Row]:
-        return [*(row for p in self.points for row in p.rows()), *((f"{k}, N_MV", v, "1") for k, v in self.mean_comfort.items())]
+        return [
+            *(row for p in self.points for row in p.rows()),
+            *((f"{k}, N_MV", v, "1") for k, v in self.mean_comfort.items()),
+        ]
 
 
 def mask_for(direction: str) -> Mask:

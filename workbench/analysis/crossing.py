@@ -69,10 +69,11 @@ def sign_changes(function: Callable[[np.ndarray], np.ndarray], near: np.ndarray)
     found = []
     for low, high, left, right in zip(asked, asked[1:], signs, signs[1:], strict=False):
         if left * right < 0:
-            if one(low) * one(high) < 0:
+            ends = one(low), one(high)
+            if ends[0] * ends[1] < 0:
                 found.append(float(brentq(one, low, high, xtol=1e-300, rtol=1e-14)))
-            else:  # asked alone, an end rounds to the other sign: the function is zero to rounding over the interval
-                found.append(float(np.sqrt(low * high)))
+            else:  # asked alone, an end rounds to zero or to the other sign: that is where the function changes it
+                found.append(float(low if abs(ends[0]) < abs(ends[1]) else high))
         elif left == 0:
             found.append(float(low))
     return found

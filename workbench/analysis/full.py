@@ -1,7 +1,7 @@
 """An analysis with its margins: one channel broken at a time, all channels perturbed at once.
 
-    Setting, Gains --> Analysis;  loop at the current commands --> margins of each α_i, multiloop disk margin
-                                  loop at the modal signals   --> margins of each K_i q_i^c
+Setting, Gains --> Analysis;  loop at the current commands --> margins of each α_i, multiloop disk margin
+                              loop at the modal signals   --> margins of each K_i q_i^c
 """
 
 from dataclasses import dataclass
@@ -43,7 +43,13 @@ class FullAnalysis(Result):
         document["margins"] = {
             "current": plain(self.current_margins),
             "modal": plain(self.modal_margins),
-            "disk": None if self.disk is None else {"lower": self.disk.lower, "upper": self.disk.upper, "frequency_hz": self.disk.frequency / (2 * np.pi)},
+            "disk": None
+            if self.disk is None
+            else {
+                "lower": self.disk.lower,
+                "upper": self.disk.upper,
+                "frequency_hz": self.disk.frequency / (2 * np.pi),
+            },
         }
         document["comfort"] = None if self.comfort is None else self.comfort.to_dict()
         return document
@@ -56,9 +62,18 @@ class FullAnalysis(Result):
         """Margin tables as (title, columns, rows of strings)."""
         columns = ("channel", "gain down", "gain up", "phase [°]", "delay [ms]")
         out = []
-        for title, margins in (("Margins, one current command broken", self.current_margins), ("Margins, one modal signal broken", self.modal_margins)):
+        for title, margins in (
+            ("Margins, one current command broken", self.current_margins),
+            ("Margins, one modal signal broken", self.modal_margins),
+        ):
             rows = [
-                (m.channel, figure(m.gain_down), figure(m.gain_up), figure(float(np.degrees(m.phase))), figure(1e3 * m.delay))
+                (
+                    m.channel,
+                    figure(m.gain_down),
+                    figure(m.gain_up),
+                    figure(float(np.degrees(m.phase))),
+                    figure(1e3 * m.delay),
+                )
                 for m in margins
             ]
             if rows:
@@ -66,10 +81,30 @@ class FullAnalysis(Result):
         if self.comfort is not None:
             columns = ("place", "direction", "rms", "below 1 Hz", "weighted", "Wf", "Sperling", "PSD / boundary")
             rows = [
-                (p.point, p.ride.direction, *map(figure, (p.ride.rms, p.ride.rms_below_1_hz, p.ride.rms_weighted, p.ride.rms_motion_sickness, p.sperling, p.mask_ratio)))
+                (
+                    p.point,
+                    p.ride.direction,
+                    *map(
+                        figure,
+                        (
+                            p.ride.rms,
+                            p.ride.rms_below_1_hz,
+                            p.ride.rms_weighted,
+                            p.ride.rms_motion_sickness,
+                            p.sperling,
+                            p.mask_ratio,
+                        ),
+                    ),
+                )
                 for p in self.comfort.points
             ]
-            out.append(("Ride, accelerations in m/s²; boundary: ISO 2631:1974 reduced comfort, 1 h (unverified values)", columns, rows))
+            out.append(
+                (
+                    "Ride, accelerations in m/s²; boundary: ISO 2631:1974 reduced comfort, 1 h (unverified values)",
+                    columns,
+                    rows,
+                )
+            )
         return out
 
 
@@ -98,7 +133,9 @@ def _at_commands(setting: Setting, gains: Gains):
     A = block_diag(*(p[0] for _, p in parts))
     B = np.vstack([p[1] @ s.patterns.T for s, p in parts])
     C = np.hstack([s.patterns @ p[2] for s, p in parts])
-    rest = np.eye(len(setting.law.commands)) - sum(s.patterns @ s.patterns.T for s, _ in parts)  # patterns nobody commands
+    rest = np.eye(len(setting.law.commands)) - sum(
+        s.patterns @ s.patterns.T for s, _ in parts
+    )  # patterns nobody commands
     D = sum((s.patterns @ p[3] @ s.patterns.T for s, p in parts), rest)
     return A, B, C, D
 
@@ -130,7 +167,9 @@ def _at_modal_signals(setting: Setting, gains: Gains):
             states=plant.states, inputs=(*labels, *(plant.inputs[i] for i in others)), outputs=plant.outputs,
         )  # fmt: skip
         controller = s.controller(gains, resolve[own])
-        closed = interconnect(through, controller, labels, law.sensors, [f"filter {k}" for k in range(len(controller[0]))])
+        closed = interconnect(
+            through, controller, labels, law.sensors, [f"filter {k}" for k in range(len(controller[0]))]
+        )
         seen = closed.select(inputs=[f"error_{n}" for n in labels], outputs=labels)
         systems.append((seen.A, seen.B, seen.C, seen.D))
         names += labels

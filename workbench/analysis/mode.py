@@ -43,12 +43,19 @@ def modes_of(subject: Subject, closed: Plant) -> list[Mode]:
             continue
         energy = weights * np.abs(vector[at]) ** 2
         name = NAMES[subject.coordinates[int(np.argmax(energy))]] if _moves(vector, at, weights) else "filter"
-        out.append(Mode(name=name, frequency_hz=float(abs(value) / (2 * np.pi)), damping=float(-value.real / abs(value)), pole=complex(value)))
+        out.append(
+            Mode(
+                name=name,
+                frequency_hz=float(abs(value) / (2 * np.pi)),
+                damping=float(-value.real / abs(value)),
+                pole=complex(value),
+            )
+        )
     return out
 
 
 def _moves(vector: np.ndarray, at: list[int], weights: np.ndarray) -> bool:
-    """Whether the body takes part: its rates against the whole eigenvector, in metres per second of the heaviest coordinate."""
+    """Whether the body takes part: its rates against the whole eigenvector, scaled to the heaviest coordinate."""
     body = np.sqrt(weights / weights.max()) * np.abs(vector[at])
     return bool(np.linalg.norm(body) > FILTER_SHARE * np.linalg.norm(vector))
 

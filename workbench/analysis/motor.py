@@ -1,7 +1,7 @@
 """What control asks of the motor: its currents about the working point, and the work its control forces do.
 
-    Driven, Stationary of each group --Lyapunov--> mean squares of i_d, i_q on each side --with the mean--> largest current
-    error of each sensor --H2 norm--> the same from sensor noise alone
+    Driven, Stationary of each group --Lyapunov--> mean squares of i_d, i_q on each side --mean added--> largest current
+    noise of each sensor --H2 norm--> the same from sensor noise alone
 
 A side's current at mean + 3σ is √((3σ_d)² + (|i_q| + 3σ_q)²): both components at their worst at the same time.
 """
@@ -31,7 +31,7 @@ class MotorWork(Result):
 
     working_current : mean i_q on each side;  rms_d, rms_q : about the mean, guideway, worse side
     sensor_noise_rms_d, sensor_noise_rms_q : the same from sensor noise alone
-    current_at_3_sigma : √((3σ_d)² + (mean i_q + 3σ_q)²), guideway, worse side;  share_of_rated : the same over the rating
+    current_at_3_sigma : √((3σ_d)² + (mean i_q + 3σ_q)²), guideway, worse side;  share_of_rated : over the rating
     bearable_roughness : factor on the guideway's spectra at which that current is the rated one, gains unchanged [1]
     propulsion_power : thrust times speed;  power_to_body : what the control currents' forces do to the body, mean
     """
@@ -118,7 +118,7 @@ def _components(point: MotorPoint, square_d: float, square_q: float) -> tuple[fl
 
 
 def _bearable_roughness(point: MotorPoint, sigma_d: float, sigma_q: float) -> float:
-    """Square of the s > 0 that solves (3 s σ_d)² + (|i_q| + 3 s σ_q)² = rated²; infinity if the currents stand still."""
+    """Square of the s > 0 that solves (3 s σ_d)² + (|i_q| + 3 s σ_q)² = rated²; infinity for currents at rest."""
     a, b = SIGMAS**2 * (sigma_d**2 + sigma_q**2), SIGMAS * abs(point.working_current) * sigma_q
     room = point.rated_current**2 - point.working_current**2
     return float(room / (b + np.sqrt(b**2 + a * room))) ** 2 if a > 0 and room > 0 else (np.inf if room > 0 else 0.0)

@@ -25,7 +25,7 @@ WEIGHTS = {"z": "Wk", "y": "Wd"}  # ISO 2631-1, vertical and lateral, seated
 
 
 def point_acceleration(names: Sequence[str], place: Sequence[float], direction: str) -> np.ndarray:
-    """Row over a vehicle plant's outputs that gives the acceleration at (x, y, z) from the cg: "z" down or "y" right."""
+    """Row over a vehicle plant's outputs of the acceleration at (x, y, z) from the cg: "z" down or "y" right."""
     x, y, z = place
     parts = {"z": {"Z": 1.0, "Theta": -x, "Phi": y}, "y": {"Y": 1.0, "Psi": x, "Phi": -z}}[direction]
     row = np.zeros(len(names))
@@ -83,7 +83,10 @@ def driven(setting: Setting, subject: Subject, closed: Plant) -> Driven:
     x = np.array([p[0] for p in law.positions])
     stations = sorted(set(x), reverse=True)
     if len(stations) > 2:
-        raise InputError(f"mean squares take coil sets at one or two stations along the vehicle; got {len(stations)}. Group them in two.")
+        raise InputError(
+            f"mean squares take coil sets at one or two stations along the vehicle; got {len(stations)}. "
+            "Group them in two."
+        )
     types = exciting_types(setting, subject)
     shaping = [setting.guideway.spectra[TYPES.index(t)].shaping_filter(setting.speed) for t in types]
     As, Bs, Cs = (_block_diagonal([filters[part] for filters in shaping]) for part in range(3))
@@ -131,7 +134,9 @@ def _weigh(A, B_front, B_rear, C, wanted, surface):
     weights = []
     for (direction, _), row in wanted.items():
         Aw, Bw, Cw, Dw = weight(WEIGHTS[direction]).state_space()
-        weights.append((row, np.atleast_2d(Aw), np.reshape(Bw, (-1, 1)), np.reshape(Cw, (1, -1)), float(np.reshape(Dw, ()))))
+        weights.append(
+            (row, np.atleast_2d(Aw), np.reshape(Bw, (-1, 1)), np.reshape(Cw, (1, -1)), float(np.reshape(Dw, ())))
+        )
         extra += len(weights[-1][1])
     total = size + extra
     big = np.zeros((total, total))

@@ -1,6 +1,6 @@
 """What sensor errors do to the gaps: a constant bias of the accelerometers, white noise of all sensors.
 
-    bias --DC gain, worst signs--> static gap change;   noise --H2 norm--> rms gap and current
+bias --DC gain, worst signs--> static gap change;   noise --H2 norm--> rms gap and current
 """
 
 import numpy as np
@@ -15,7 +15,7 @@ Loops = list[tuple[Subject, Plant]]
 
 
 def static_errors(setting: Setting, loops: Loops) -> dict[str, float | None]:
-    """Largest static change of a gap over all signs of the accelerometers' biases [m]: sum of absolute DC gains × bias."""
+    """Largest static change of a gap over all signs of the biases [m]: sum of absolute DC gains × bias."""
     n = setting.law.count
     sensors = [f"error_{name}" for name in numbered("acceleration_z", n) + numbered("acceleration_y", n)]
     out: dict[str, float | None] = {}

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 
 from workbench.commands.analyse import analyse
+from workbench.commands.compare import compare
 from workbench.commands.design import design
 from workbench.commands.export import export
 from workbench.commands.forces import forces
@@ -12,4 +13,16 @@ from workbench.commands.problems import problems
 from workbench.commands.propulsion import noise, propulsion
 from workbench.commands.reproduce import reproduce
 
-COMMANDS: list[Callable] = [problems, design, analyse, model, forces, motor, propulsion, noise, reproduce, export]
+COMMANDS: list[Callable] = [
+    problems,
+    design,
+    analyse,
+    compare,
+    model,
+    forces,
+    motor,
+    propulsion,
+    noise,
+    reproduce,
+    export,
+]

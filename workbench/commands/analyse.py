@@ -12,7 +12,10 @@ Name = Annotated[str, typer.Argument(metavar="PROBLEM", help="A shipped problem,
 
 def analyse(
     problem: Name,
-    gains: Annotated[Path | None, typer.Option(help="Gain table, or TOML/JSON mapping of the seventeen names; the approved gains if left out.")] = None,
+    gains: Annotated[
+        Path | None,
+        typer.Option(help="Gain table, or TOML/JSON mapping of the seventeen names; the approved gains if left out."),
+    ] = None,
     json: Json = False,
 ) -> None:
     """Poles, damping, margins, ride, stroke, current and power for given gains."""
@@ -25,12 +28,19 @@ def analyse(
     loaded = load_problem(problem)
     chosen = read_gains(gains) if gains else loaded.approved
     if chosen is None:
-        raise InputError(f"problem {problem!r} has no approved gains; give some with --gains FILE, or run 'workbench design {problem}'.")
+        raise InputError(
+            f"problem {problem!r} has no approved gains; give some with --gains FILE, "
+            f"or run 'workbench design {problem}'."
+        )
     result = full_analysis(loaded.setting, chosen, loaded.name)
     if json:
         emit_json(result.to_dict())
         return
     emit_rows(f"{loaded.title}", result.analysis.rows())
-    emit_table("Modes", ("mode", "frequency [Hz]", "damping"), [(m.name, figure(m.frequency_hz), figure(m.damping)) for m in result.analysis.modes])
+    emit_table(
+        "Modes",
+        ("mode", "frequency [Hz]", "damping"),
+        [(m.name, figure(m.frequency_hz), figure(m.damping)) for m in result.analysis.modes],
+    )
     for title, columns, rows in result.tables():
         emit_table(title, columns, rows)

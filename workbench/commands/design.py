@@ -19,7 +19,9 @@ def design(
     seed: Annotated[int, typer.Option(help="Seed of the random starts.", min=0)] = 0,
     fix: Annotated[str, typer.Option(help="Parameters held at given values: tau_h=0.637,K_zddot=0")] = "",
     solver: Annotated[str, typer.Option(help="slsqp or ipopt.")] = "slsqp",
-    trade_off: Annotated[bool, typer.Option(help="Sweep the cost against the allowed peak sensitivity for the report.")] = True,
+    trade_off: Annotated[
+        bool, typer.Option(help="Sweep the cost against the allowed peak sensitivity for the report.")
+    ] = True,
     json: Json = False,
 ) -> None:
     """Optimises, verifies, writes the gain table and the report."""
@@ -37,7 +39,14 @@ def design(
     check_writable(out)
     with progress(json) as show:
         start = show("starts", starts)
-        result = solve(loaded, starts=starts, seed=seed, solver=solver, workers=os.cpu_count() or 1, on_start=lambda s: start(f"cost {s.cost:.4g}"))
+        result = solve(
+            loaded,
+            starts=starts,
+            seed=seed,
+            solver=solver,
+            workers=os.cpu_count() or 1,
+            on_start=lambda s: start(f"cost {s.cost:.4g}"),
+        )
         cases = robustness(loaded, result.gains, varied)
         curve = _curve(loaded, result.gains, show) if trade_off else None
     kept = {c.name: c.to_dict() for c in cases}
@@ -47,12 +56,17 @@ def design(
     write_text(report, page)  # both are complete before either is written
     write_text(path, table_json(table))
     if json:
-        emit_json({**result.to_dict(), "robustness": [c.to_dict() for c in cases], "table": str(path), "report": str(report)})
+        emit_json(
+            {**result.to_dict(), "robustness": [c.to_dict() for c in cases], "table": str(path), "report": str(report)}
+        )
         return
     emit_rows(loaded.title, result.gains.rows())
     emit_table(
         f"Requirements: cost J = {result.analysis.cost:.4g}", ("requirement", "limit", "value", "met", "where"),
-        [(v.name, f"{v.sense} {v.limit:g} {v.unit}", figure(v.value), figure(v.met), v.where) for v in result.requirements],
+        [
+            (v.name, f"{v.sense} {v.limit:g} {v.unit}", figure(v.value), figure(v.met), v.where)
+            for v in result.requirements
+        ],
     )  # fmt: skip
     emit_table(
         "Robustness", ("case", "stable", "damping", *(f"peak sensitivity, {g}" for g in cases[0].peak_sensitivity)),
@@ -69,7 +83,13 @@ def _curve(problem, gains, show):
     if wanted is None:
         return None
     step = show("trade-off", len(TRADE_OFF))
-    return trade_off(problem, "peak sensitivity", [wanted * f for f in TRADE_OFF], start=gains, on_limit=lambda limit, cost: step(f"at {limit:.3g}"))
+    return trade_off(
+        problem,
+        "peak sensitivity",
+        [wanted * f for f in TRADE_OFF],
+        start=gains,
+        on_limit=lambda limit, cost: step(f"at {limit:.3g}"),
+    )
 
 
 def parse_fixed(text: str) -> dict[str, float]:
@@ -89,5 +109,7 @@ def parse_fixed(text: str) -> dict[str, float]:
             raise InputError(f"--fix must name a parameter once; got {name} twice. Drop one of them.")
         out[name] = checked_gain(name, number)
         if name in TIME_CONSTANTS and out[name] == 0:
-            raise InputError(f"{name} must be positive in a design; got 0. To do without the filter, fix its rate gain at 0.")
+            raise InputError(
+                f"{name} must be positive in a design; got 0. To do without the filter, fix its rate gain at 0."
+            )
     return out

@@ -28,7 +28,7 @@ def model(
         raise InputError("--latex and --json must not be given together; choose one.")
     loaded = load_problem(problem)
     chosen = read_gains(gains) if gains else loaded.gains
-    sheet = model_sheet(loaded.vehicle, loaded.law, chosen, loaded.name)
+    sheet = model_sheet(loaded.vehicle, loaded.law, chosen, loaded.name, loaded.setting.plant)
     if json:
         emit_json(sheet.to_dict())
         return

@@ -7,7 +7,8 @@
 
 Filters of equal channels commute with the pseudo-inverse, so ten first-order filters stand for the 4 n of the
 hardware, and nothing else of the hardware is controllable. Roll is measured by the vertical sensors: it corrects the
-lateral signal Y − cΦ to the centre of gravity (report, P_AS), so the roll channel's effective gain is c (K_sway − K_roll).
+lateral signal Y − cΦ to the centre of gravity (report, P_AS), so the roll
+channel's effective gain is c (K_sway − K_roll).
 Source: report, Table B-3 with the signs +s²H (K_0) and +[K_0S − K̃_0A] P_AS Q_SA (K_0A).
 
 Sway and yaw may each be handed to an actuator of their own, such as a component motor on each side (report, Appendix
@@ -28,7 +29,7 @@ VERTICAL_CHANNELS = 3  # the first three are measured by vertical sensors
 SENSORS = ("gap", "gap_lateral", "acceleration_z", "acceleration_y")
 MODAL = ("heave", "pitch", "sway", "roll", "yaw")  # order of the scaled modal signals K_i q_i^c
 ACTUATED = ("sway", "yaw")  # modal signals that an actuator may take over from the coils
-# Channel at which each path from filtered channels to commands starts: of a law with coils alone, and of one with actuators
+# Channel at which each path from filtered channels to commands starts: a law with coils alone, one with actuators
 PATHS = {False: (0, 1, 2, 3, 4), True: (0, 1, 2, 2, 3, 4)}
 
 
@@ -53,7 +54,10 @@ class Actuator:
                 "Leave heave, pitch and roll to the coils."
             )
         if not (np.isfinite(self.lever) and self.lever != 0):
-            raise InputError(f"the lever of {self.name!r} must be finite and not zero; got {self.lever!r}. Leave the actuator out instead.")
+            raise InputError(
+                f"the lever of {self.name!r} must be finite and not zero; got {self.lever!r}. "
+                "Leave the actuator out instead."
+            )
 
     @property
     def both(self) -> tuple[str, str]:
@@ -83,8 +87,14 @@ class ModalLaw:
         for kind in ("name", "signal"):
             given = [getattr(a, kind) for a in self.actuators]
             if len(set(given)) != len(given):
-                raise InputError(f"actuators must differ in their {kind}; got {', '.join(given)}. Give each {kind} to one of them.")
-        if len(self.positions) < 4 or np.linalg.matrix_rank(self._vertical()) < 3 or np.linalg.matrix_rank(self._lateral()) < 2:
+                raise InputError(
+                    f"actuators must differ in their {kind}; got {', '.join(given)}. Give each {kind} to one of them."
+                )
+        if (
+            len(self.positions) < 4
+            or np.linalg.matrix_rank(self._vertical()) < 3
+            or np.linalg.matrix_rank(self._lateral()) < 2
+        ):
             raise InputError(
                 "the modal law needs coil sets from which heave, pitch, roll, sway and yaw can be told apart; "
                 f"got sets at {self.positions}. Place at least two on each side, at two stations."
@@ -260,7 +270,8 @@ class ModalLaw:
         for rate, tau in (("K_hdot", "tau_h"), ("K_hpdot", "tau_hp")):
             if getattr(gains, tau) == 0 and getattr(gains, rate) != 0:
                 raise InputError(
-                    f"{tau} must be positive where responses are asked for; got 0 with {rate} = {getattr(gains, rate)}. "
+                    f"{tau} must be positive where responses are asked for; "
+                    f"got 0 with {rate} = {getattr(gains, rate)}. "
                     f"An unfiltered rate has no finite response to noise: give {tau} a value, or ask for roots only."
                 )
         kept = self.kept_filters(gains)
@@ -276,7 +287,9 @@ class ModalLaw:
 
     def kept_filters(self, gains: Gains) -> np.ndarray:
         """Indices of the ten filters whose gain is not zero (and whose time constant is not)."""
-        gap = [gains.K_hdot != 0 and gains.tau_h > 0] * VERTICAL_CHANNELS + [gains.K_hpdot != 0 and gains.tau_hp > 0] * 2
+        gap = [gains.K_hdot != 0 and gains.tau_h > 0] * VERTICAL_CHANNELS + [
+            gains.K_hpdot != 0 and gains.tau_hp > 0
+        ] * 2
         acc = [gains.K_zdot != 0 and gains.tau_z > 0] * VERTICAL_CHANNELS + [gains.K_ydot != 0 and gains.tau_y > 0] * 2
         return np.flatnonzero(gap + acc)
 

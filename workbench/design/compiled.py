@@ -76,7 +76,9 @@ def _from_cache(function: ca.Function, cc: str) -> ca.Function:
         generator.add(function)
         source = Path(folder) / f"{function.name()}.c"
         generator.generate(f"{folder}/")
-        key = hashlib.sha256(source.read_bytes() + " ".join((cc, *OPTIONS, os.uname().machine)).encode()).hexdigest()[:24]
+        key = hashlib.sha256(source.read_bytes() + " ".join((cc, *OPTIONS, os.uname().machine)).encode()).hexdigest()[
+            :24
+        ]
         library = cache_folder() / f"{function.name()}_{key}.so"
         if not library.exists():
             library.parent.mkdir(parents=True, exist_ok=True)

@@ -1,6 +1,6 @@
 """From a problem to gains that meet its requirements, verified by algorithms the optimiser did not use.
 
-    seeded starts --solve--> candidates --round to printed digits--> exact analysis --> verdicts --> the best that meets all
+    seeded starts --solve--> candidates --round as printed--> exact analysis --> verdicts --> the best that meets all
 
 When none does: which requirement binds, where, and by how much it misses.
 """
@@ -24,7 +24,12 @@ from workbench.errors import InfeasibleError, InputError
 from workbench.result import Result, Row
 
 DIGITS = 6  # significant digits of a gain as printed; the rounded gains are what is verified
-BACK_OFFS = (5e-4, 1e-3, 3e-3, 1e-2)  # relative distance kept from every limit, raised where rounding or the grid crosses it
+BACK_OFFS = (
+    5e-4,
+    1e-3,
+    3e-3,
+    1e-2,
+)  # relative distance kept from every limit, raised where rounding or the grid crosses it
 STARTS = 16
 # Reversing these leaves the yaw loop as it was and reverses what the lateral signals do to sway and roll. The roll
 # channel then carries them: on that side lie the best valleys of revenue_vehicle.
@@ -40,8 +45,8 @@ CENTRE = {
     "K_zddot": 0.0, "K_zdot": 0.15, "tau_z": 0.637, "K_yddot": -0.01, "K_ydot": 0.152, "tau_y": 0.2,
     "K_heave": 1.0, "K_pitch": 1.0, "K_sway": 1.0, "K_roll": 1.73, "K_yaw": 6.76,
 }  # fmt: skip
-# Of a law whose motor takes sway and yaw: the same side force per metre at rated 1.5 kA, and the same roll moment; in yaw
-# a tenth of it, which is more than the current allows.
+# Of a law whose motor takes sway and yaw: the same side force per metre and roll moment; in yaw a tenth of the moment,
+# which already is more than the rated current gives.
 SPLIT_CENTRE = {**CENTRE, "K_sway": 3.0, "K_roll": 0.73, "K_yaw": 20.0}
 
 
@@ -56,7 +61,12 @@ class Start(Result):
     message: str
 
     def rows(self) -> list[Row]:
-        return [("start", self.number, ""), ("cost J", self.cost, ""), ("violation", self.violation, "relative"), ("evaluations", self.evaluations, "")]
+        return [
+            ("start", self.number, ""),
+            ("cost J", self.cost, ""),
+            ("violation", self.violation, "relative"),
+            ("evaluations", self.evaluations, ""),
+        ]
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -147,7 +157,9 @@ def refine(problem: Problem, start: Gains, *, solver: str = "slsqp") -> Design:
         return _finished(problem, programme, [programme.x(start)], (), 0, solver)
 
 
-def _finished(problem: Problem, programme: Programme, candidates, log: tuple[Start, ...], seed: int, solver: str) -> Design:
+def _finished(
+    problem: Problem, programme: Programme, candidates, log: tuple[Start, ...], seed: int, solver: str
+) -> Design:
     """Candidates brought to the wanted limits and verified; the cheapest that meets everything."""
     peaks = lambda x: exact_peaks(problem, programme.gains(x))  # noqa: E731
     finished = [finish(programme, x, peaks, solver=solver) for x in candidates]
@@ -298,7 +310,8 @@ def _infeasible(problem: Problem, programme: Programme, points: list[np.ndarray]
     words = "; ".join(f"{v.sentence()}, a miss of {100 * _miss(v):.2g} %" for v in best[1][:4])
     return InfeasibleError(
         f"the requirements of {problem.name!r} cannot be met together: {words}. "
-        "These bind against each other at the best compromise found; relax one of them, widen a bound or free another gain."
+        "These bind against each other at the best compromise found; "
+        "relax one of them, widen a bound or free another gain."
     )
 
 

@@ -8,6 +8,7 @@ matrices are pairs (real, imaginary) of SX. Sign: the law's matrices already hol
 
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import pairwise
 
 import casadi as ca
 import numpy as np
@@ -135,15 +136,21 @@ def largest_square(S: Complex, det):
 def kernel(shape: Shape) -> ca.Function:
     """Function (theta (17), omega, plant (q)) -> (values (classes + 1), jacobian (classes + 1, 17)).
 
-    values: Σ|output|² of each class (a density where W and Zw carry √density), then σ_max(S)². `plant` is laid out by `plant_column`.
+    values: Σ|output|² of each class (a density where W and Zw carry √density), then σ_max(S)².
+    `plant` is laid out by `plant_column`.
     """
     if shape.patterns > MOST_PATTERNS:
-        raise InputError(f"a design works on groups with one to three current patterns; got {shape.patterns}. Use the two groups of motion.")
+        raise InputError(
+            f"a design works on groups with one to three current patterns; got {shape.patterns}. "
+            "Use the two groups of motion."
+        )
     k, m, t, r, c = shape.patterns, shape.signals, shape.types, sum(shape.rows), len(shape.paths)
     theta, omega = ca.SX.sym("theta", len(GAIN_NAMES)), ca.SX.sym("omega")
     sizes = {"G": (m, k), "W": (m, t), "Zw": (r, t), "Zu": (r, k)}
     columns = ca.SX.sym("columns", k, c)  # patterns' · command per unit of each path's filtered signal, before its gain
-    parts = {name: Complex(ca.SX.sym(f"{name}_re", *size), ca.SX.sym(f"{name}_im", *size)) for name, size in sizes.items()}
+    parts = {
+        name: Complex(ca.SX.sym(f"{name}_re", *size), ca.SX.sym(f"{name}_im", *size)) for name, size in sizes.items()
+    }
     plant = ca.vertcat(ca.vec(columns), *(ca.vec(part) for p in parts.values() for part in (p.re, p.im)))
 
     K = _law(theta, omega, columns, shape)
@@ -152,9 +159,10 @@ def kernel(shape: Shape) -> ca.Function:
     outputs = parts["Zw"] + parts["Zu"] @ (S @ (K @ parts["W"]))
     squares = ca.sum2(outputs.squared())
     ends = np.cumsum((0, *shape.rows))
-    classes = [ca.sum1(squares[int(a) : int(b)]) for a, b in zip(ends[:-1], ends[1:], strict=True)]
+    classes = [ca.sum1(squares[int(a) : int(b)]) for a, b in pairwise(ends)]
     values = ca.vertcat(*classes, largest_square(S, det))
-    name = f"{'split' if shape.split else 'loop'}_{'_'.join(map(str, shape.channels))}_{k}_{t}_{'_'.join(map(str, shape.rows))}"
+    size = "_".join(map(str, (*shape.channels, k, t, *shape.rows)))
+    name = f"{'split' if shape.split else 'loop'}_{size}"
     function = ca.Function(name, [theta, omega, plant], ca.cse([values, ca.densify(ca.jacobian(values, theta))]))
     return compile_function(function)
 
@@ -187,7 +195,8 @@ def _law(theta, omega, columns, shape: Shape) -> Complex:
 
 def _gathered(weighted, shape: Shape):
     """Columns by path added up to columns by channel."""
-    own = [[at for at, path in enumerate(shape.paths) if PATHS[shape.split][path] == channel] for channel in shape.channels]
+    start = [PATHS[shape.split][path] for path in shape.paths]
+    own = [[at for at, first in enumerate(start) if first == channel] for channel in shape.channels]
     if all(len(paths) == 1 for paths in own):
         return weighted
     return ca.horzcat(*(ca.sum2(weighted[:, paths]) for paths in own))

@@ -16,10 +16,10 @@ import numpy as np
 
 from workbench.analysis.response import exciting_types, point_acceleration
 from workbench.analysis.ride import weight
+from workbench.analysis.setting import Setting
 from workbench.control.gains import GAIN_NAMES
 from workbench.design.compiled import Buffered
 from workbench.design.kernel import Shape, kernel, plant_column
-from workbench.analysis.setting import Setting
 from workbench.guideway.irregularity import TYPES, phasors
 from workbench.loop import Subject
 from workbench.lti.signals import numbered
@@ -47,8 +47,35 @@ class Grid:
         return cls(f.ravel(), (f * w * (high - low) / 2).ravel())
 
 
-# dense where modes and comfort weights lie; beyond 8 Hz the wheel base makes fringes 8 Hz apart, hence equal steps there
-STEERING = Grid.over((1e-5, 1e-3, 0.02, 0.07, 0.14, 0.25, 0.4, 0.6, 0.85, 1.2, 1.7, 2.4, 3.4, 4.8, 6.8, 9.5, 12.5, 16, 20, 26, 34, 60, 300), 5)
+# dense where modes and comfort weights lie; beyond 8 Hz the wheel base makes fringes 8 Hz apart
+STEERING = Grid.over(
+    (
+        1e-5,
+        1e-3,
+        0.02,
+        0.07,
+        0.14,
+        0.25,
+        0.4,
+        0.6,
+        0.85,
+        1.2,
+        1.7,
+        2.4,
+        3.4,
+        4.8,
+        6.8,
+        9.5,
+        12.5,
+        16,
+        20,
+        26,
+        34,
+        60,
+        300,
+    ),
+    5,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +94,8 @@ class GroupMeasures:
         self.types = exciting_types(setting, subject)
         plant, law = subject.plant, subject.law
         self._outputs, self._scale = _output_rows(setting, subject, grid.frequency_hz)
-        self.shape = Shape(subject.channels, subject.patterns.shape[1], len(self.types), tuple(len(rows) for _, rows in self._outputs), law.split)
+        rows = tuple(len(rows) for _, rows in self._outputs)
+        self.shape = Shape(subject.channels, subject.patterns.shape[1], len(self.types), rows, law.split)
         self.columns = subject.patterns.T @ law.path_columns()[:, list(self.shape.paths)]
         self.measure = law.measurement_matrix()[subject.modal_rows]
         # mean square of class c = Σ_k quadrature[c, k] · value[c, k]; the roughness is inside the values
@@ -110,7 +138,9 @@ class GroupMeasures:
         """Unweighted acceleration densities [(m/s²)²/Hz] at every node, (K,) and (K, 17), of the last `responses`."""
         value, jacobian = self._last
         return {
-            name: Values(value[:, c], jacobian[:, c]) for c, name in enumerate(self.classes) if name.startswith("acceleration")
+            name: Values(value[:, c], jacobian[:, c])
+            for c, name in enumerate(self.classes)
+            if name.startswith("acceleration")
         }
 
     def state_matrix(self, theta: np.ndarray) -> np.ndarray:
@@ -126,7 +156,9 @@ class GroupMeasures:
         products = left.conj()[:, None, :] * right[None, :, :]  # (i, j, k), against rows i + n j of the slope
         top = products.transpose(2, 1, 0).reshape(self.size, -1) @ slope
         bottom = np.einsum("ik,ik->k", left.conj(), right)
-        bottom = np.where(np.abs(bottom) < 1e-14, 1e-14, bottom)  # a defective eigenvalue has no derivative; keep it finite
+        bottom = np.where(
+            np.abs(bottom) < 1e-14, 1e-14, bottom
+        )  # a defective eigenvalue has no derivative; keep it finite
         return values, top / bottom[:, None]
 
     def _mapped(self, setting: Setting, omega: np.ndarray) -> Buffered:
@@ -147,7 +179,9 @@ class GroupMeasures:
         w = plant.index("inputs", numbered("zeta", law.count) + numbered("eta", law.count))
         y = plant.index("outputs", law.sensors)
         chosen = [TYPES.index(t) for t in self.types]
-        density = np.column_stack([setting.guideway.spectra[k].psd_frequency(omega / (2 * np.pi), setting.speed) for k in chosen])
+        density = np.column_stack(
+            [setting.guideway.spectra[k].psd_frequency(omega / (2 * np.pi), setting.speed) for k in chosen]
+        )
         wave = phasors(law.positions, setting.speed, omega)[:, :, chosen] * np.sqrt(density)[:, None, :]
         rows = np.vstack([rows for _, rows in self._outputs])
         out = []
@@ -199,7 +233,7 @@ def _unit(names: Sequence[str], wanted: Sequence[str]) -> np.ndarray:
 
 
 def static_error_function(setting: Setting) -> ca.Function:
-    """theta -> the four static gap changes (order of `GAPS`) from the bias of all accelerometers, worst signs, smoothed."""
+    """theta -> the four static gap changes (order of `GAPS`) from accelerometer bias, worst signs, smoothed."""
     theta = ca.SX.sym("theta", len(GAIN_NAMES))
     n = setting.law.count
     first, last = setting.ends

@@ -7,7 +7,7 @@ from typing import Any
 from workbench.analysis.setting import Setting
 from workbench.control import GAIN_NAMES, Gains, ModalLaw
 from workbench.control.gains import GAIN_UNITS, TIME_CONSTANTS
-from workbench.design.requirement import Requirement
+from workbench.design.requirement import MOTOR_CURRENT, Requirement
 from workbench.errors import InputError, unknown_name
 from workbench.loop import Subject
 from workbench.result import Result, Row
@@ -56,6 +56,11 @@ class Problem(Result):
                 raise InputError(
                     f"the bounds of {name} must rise, from a positive value for a time constant; got [{low}, {high}]."
                 )
+        if self.setting.motor is None and MOTOR_CURRENT in {r.name for r in self.requirements}:
+            raise InputError(
+                f"{MOTOR_CURRENT!r} can be required only of a vehicle whose motor is part of its control; "
+                f"problem {self.name!r} has none. Describe the motor in a block [motor], or drop the requirement."
+            )
 
     @property
     def free(self) -> tuple[str, ...]:

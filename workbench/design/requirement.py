@@ -47,7 +47,7 @@ class Requirement:
 
     @property
     def sense(self) -> str:
-        """">=" or "<="."""
+        """ ">=" or "<="."""
         return QUANTITIES[self.name][0]
 
     @property
@@ -74,12 +74,22 @@ class Verdict(Result):
     where: str
 
     def rows(self) -> list[Row]:
-        return [("requirement", f"{self.name} {self.sense} {self.limit:g}", self.unit), ("value", self.value, self.unit), ("met", self.met, ""), ("where", self.where, "")]
+        return [
+            ("requirement", f"{self.name} {self.sense} {self.limit:g}", self.unit),
+            ("value", self.value, self.unit),
+            ("met", self.met, ""),
+            ("where", self.where, ""),
+        ]
 
     def sentence(self) -> str:
         """How the requirement misses, for a person."""
-        value = "no value (the loop is unstable)" if self.value is None else f"{self.value:.4g} {self.unit}".rstrip(" 1")
-        return f"{self.name!r} must be {self.sense} {self.limit:g} {self.unit}".rstrip(" 1") + f"; best found {value} ({self.where})"
+        value = (
+            "no value (the loop is unstable)" if self.value is None else f"{self.value:.4g} {self.unit}".rstrip(" 1")
+        )
+        return (
+            f"{self.name!r} must be {self.sense} {self.limit:g} {self.unit}".rstrip(" 1")
+            + f"; best found {value} ({self.where})"
+        )
 
 
 def judge(requirement: Requirement, value: float | None, where: str) -> Verdict:

@@ -1,6 +1,6 @@
-"""What a design keeps when the vehicle is not the nominal one: mass, force per current, sensor scale, a lost current command.
+"""What a design keeps when the vehicle is not the nominal one: mass, force per current, sensor scale, a lost command.
 
-    problem, gains --each case--> closed loop --> stable, smallest damping ratio, peak sensitivity of each group
+problem, gains --each case--> closed loop --> stable, smallest damping ratio, peak sensitivity of each group
 """
 
 from collections.abc import Callable, Mapping
@@ -39,7 +39,7 @@ SENSOR_CASES = {
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
 class Case(Result):
-    """One case: stable or not, the smallest damping ratio, the decay rate [1/s], peak sensitivities (None if unstable)."""
+    """One case: stable or not, smallest damping ratio, decay rate [1/s], peak sensitivities (None if unstable)."""
 
     name: str
     stable: bool
@@ -78,11 +78,13 @@ def _case(name: str, loops: list[tuple[Subject, Plant]]) -> Case:
     poles = np.concatenate([closed.poles() for _, closed in loops])
     stable = bool(poles.real.max() < 0)
     peaks = {s.name: peak_gain(*s.sensitivity(closed)).upper if stable else None for s, closed in loops}
-    return Case(name=name, stable=stable, damping=_damping(poles), decay=float(-poles.real.max()), peak_sensitivity=peaks)
+    return Case(
+        name=name, stable=stable, damping=_damping(poles), decay=float(-poles.real.max()), peak_sensitivity=peaks
+    )
 
 
 def _lost_command(setting: Setting, gains: Gains, lost: int) -> Case:
-    """The whole vehicle with one command at zero, a motor keeping its mean current; sensitivity at the remaining ones."""
+    """The whole vehicle with one command at zero, a motor keeping its mean current; sensitivity at the others."""
     whole = subject(setting.plant, setting.law, "all")
     A, B, C, D = whole.controller(gains)
     C, D = C.copy(), D.copy()
@@ -96,7 +98,13 @@ def _lost_command(setting: Setting, gains: Gains, lost: int) -> Case:
         U = commanded(name, setting.law).patterns
         a, b, c, d = whole.sensitivity(closed)
         peaks[name] = peak_gain(a, b @ U, U.T @ c, U.T @ d @ U).upper if stable else None
-    return Case(name=f"{setting.law.commands[lost].replace('_', ' ')} lost", stable=stable, damping=_damping(poles), decay=float(-poles.real.max()), peak_sensitivity=peaks)
+    return Case(
+        name=f"{setting.law.commands[lost].replace('_', ' ')} lost",
+        stable=stable,
+        damping=_damping(poles),
+        decay=float(-poles.real.max()),
+        peak_sensitivity=peaks,
+    )
 
 
 def _damping(poles: np.ndarray) -> float:

@@ -46,7 +46,9 @@ class Outcome:
         return self.violation <= FEASIBLE
 
 
-def minimise(programme: Programme, x: np.ndarray, *, solver: str = "slsqp", iterations: int = ITERATIONS, tolerance: float = 1e-8) -> Outcome:
+def minimise(
+    programme: Programme, x: np.ndarray, *, solver: str = "slsqp", iterations: int = ITERATIONS, tolerance: float = 1e-8
+) -> Outcome:
     """A local minimum of the programme from x."""
     if solver not in SOLVERS:
         raise unknown_name("solver", solver, SOLVERS)
@@ -93,7 +95,13 @@ def _ipopt(programme: Programme, x: np.ndarray, iterations: int, tolerance: floa
     both = function(variables)
     options = {
         "print_time": False,
-        "ipopt": {"print_level": 0, "sb": "yes", "hessian_approximation": "limited-memory", "max_iter": iterations, "tol": 100 * tolerance},
+        "ipopt": {
+            "print_level": 0,
+            "sb": "yes",
+            "hessian_approximation": "limited-memory",
+            "max_iter": iterations,
+            "tol": 100 * tolerance,
+        },
     }
     solver = ca.nlpsol("design", "ipopt", {"x": variables, "f": both[0], "g": both[1:]}, options)
     result = solver(x0=x, lbx=low, ubx=high, lbg=0.0, ubg=np.inf)
@@ -177,7 +185,8 @@ def stable_start(programme: Programme, centre: np.ndarray, generator: np.random.
     x = _stabilised(programme, best)
     if programme.abscissa(programme.theta(x)) >= 0:
         raise InputError(
-            f"no stable start was found in {TRIES} tries around the given gains (best largest real part {least:.3g} 1/s); "
+            f"no stable start was found in {TRIES} tries around the given gains "
+            f"(best largest real part {least:.3g} 1/s); "
             "widen the bounds, free another gain, or give --fix values that stabilise."
         )
     return x
@@ -247,11 +256,14 @@ def least_violation(programme: Programme, x: np.ndarray) -> Outcome:
     constraint = {
         "type": "ineq",
         "fun": lambda z: programme.at(z[:size]).constraints + z[size],
-        "jac": lambda z: np.hstack([programme.at(z[:size]).jacobian, np.ones((len(programme.at(z[:size]).constraints), 1))]),
+        "jac": lambda z: np.hstack(
+            [programme.at(z[:size]).jacobian, np.ones((len(programme.at(z[:size]).constraints), 1))]
+        ),
     }
     result = minimize(
         lambda z: (z[size], last), np.append(x, min(worst, 10.0)), jac=True, method="SLSQP",
-        bounds=[*zip(low, high, strict=True), (0.0, None)], constraints=[constraint], options={"maxiter": ITERATIONS, "ftol": 1e-9},
+        bounds=[*zip(low, high, strict=True), (0.0, None)], constraints=[constraint],
+        options={"maxiter": ITERATIONS, "ftol": 1e-9},
     )  # fmt: skip
     x = np.clip(result.x[:size], low, high)
     point = programme.at(x)

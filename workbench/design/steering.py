@@ -3,17 +3,16 @@
     x (scaled free parameters) --> seventeen parameters --> measures of every group --> log J, g(x), Jacobians
 
 Variables: gains divided by a typical size, logarithms of time constants. The two directions that change nothing are
-taken out by the problem's fixed K_heave = K_sway = 1. Every constraint is relative to its limit, so that 0.01 is one per
-cent of slack.
+taken out by the problem's fixed K_heave = K_sway = 1. Every constraint is relative to its limit: 0.01 is one per cent.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.analysis.motor import current_at_3_sigma, slope_at_3_sigma
 from workbench.analysis.analysis import COST_POINTS
 from workbench.analysis.comfort_summary import mask_for
+from workbench.analysis.motor import current_at_3_sigma, slope_at_3_sigma
 from workbench.constants import GRAVITY
 from workbench.control.gains import GAIN_NAMES, TIME_CONSTANTS, Gains
 from workbench.design.measures import GAPS, MOTOR_SQUARES, GroupMeasures, static_error_function
@@ -23,7 +22,8 @@ from workbench.errors import InputError
 
 COST_SCALE = 1e4  # J = 10⁴ Σ mean squares in g²
 TYPICAL = {
-    "K_h": 1.0, "K_hdot": 0.2, "K_hp": 1.0, "K_hpdot": 0.2, "K_zddot": 0.05, "K_zdot": 0.2, "K_yddot": 0.05, "K_ydot": 0.2,
+    "K_h": 1.0, "K_hdot": 0.2, "K_hp": 1.0, "K_hpdot": 0.2,
+    "K_zddot": 0.05, "K_zdot": 0.2, "K_yddot": 0.05, "K_ydot": 0.2,
     "K_heave": 1.0, "K_pitch": 1.0, "K_sway": 1.0, "K_roll": 2.0, "K_yaw": 3.0,
 }  # fmt: skip
 SLOWEST = 4  # eigenvalues per group whose damping and decay are constrained: the others are far from the limits
@@ -52,7 +52,7 @@ class Programme:
             raise InputError(f"problem {problem.name!r} has no free parameter; free at least one gain.")
         if any(s.direct for s in problem.subjects):
             raise InputError(
-                "a design needs the current-loop lag: without it the best acceleration feedback has infinite bandwidth; "
+                "a design needs the current-loop lag: without it the best acceleration feedback is infinitely fast; "
                 "set current_lag_s in the data, 0.010 for example."
             )
         self.problem = problem
@@ -108,7 +108,9 @@ class Programme:
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Lower and upper bounds of the variables."""
         limits = np.array([self.problem.bounds[GAIN_NAMES[k]] for k in self.free], float)
-        scaled = np.where(self._log[:, None], np.log(np.where(self._log[:, None], limits, 1.0)), limits / self._typical[:, None])
+        scaled = np.where(
+            self._log[:, None], np.log(np.where(self._log[:, None], limits, 1.0)), limits / self._typical[:, None]
+        )
         return scaled[:, 0], scaled[:, 1]
 
     # ---- evaluation
@@ -137,9 +139,17 @@ class Programme:
                 slopes[name] = slopes.get(name, 0.0) + slope
             rows += self._pole_rows(group, theta)
             if self.sensitivity_limit:
-                kept = np.concatenate([self._sensed[number], np.ones(len(peak.value) - len(self._sensed[number]), bool)])
+                kept = np.concatenate(
+                    [self._sensed[number], np.ones(len(peak.value) - len(self._sensed[number]), bool)]
+                )
                 limit = (self.sensitivity_limit * (1 - self.back_off)) ** 2
-                rows.append((f"peak sensitivity of {group.subject.name}", 1 - peak.value[kept] / limit, -peak.gradient[kept] / limit))
+                rows.append(
+                    (
+                        f"peak sensitivity of {group.subject.name}",
+                        1 - peak.value[kept] / limit,
+                        -peak.gradient[kept] / limit,
+                    )
+                )
         rows += self._square_rows(squares, slopes)
         rows += self._mask_rows()
         static, static_slope = (m.full() for m in self._static(theta))
@@ -164,14 +174,18 @@ class Programme:
         values, slopes = values[upper], slopes[upper]
         size = np.abs(values)
         decay = max(self.limits.get("decay rate", 0.0) * (1 + self.back_off), STABLE_DECAY)
-        count = min(SLOWEST, (group.size + 1) // 2)  # there are at least so many upper eigenvalues, however many are real
+        count = min(
+            SLOWEST, (group.size + 1) // 2
+        )  # there are at least so many upper eigenvalues, however many are real
         slow = np.argsort(-values.real)[:count]
         rows = [(f"decay rate of {group.subject.name}", -values.real[slow] / decay - 1, -slopes.real[slow] / decay)]
         asked = self.limits.get("damping ratio")
         if asked:
             asked *= 1 + self.back_off
             ratio = -values.real / size
-            d_ratio = -slopes.real / size[:, None] + (values.real / size**3)[:, None] * (values.conj()[:, None] * slopes).real
+            d_ratio = (
+                -slopes.real / size[:, None] + (values.real / size**3)[:, None] * (values.conj()[:, None] * slopes).real
+            )
             worst = np.argsort(ratio)[:count]
             rows.append((f"damping ratio of {group.subject.name}", ratio[worst] / asked - 1, d_ratio[worst] / asked))
         return rows
@@ -186,7 +200,13 @@ class Programme:
         limit = self.limits.get("sum of mean square currents")
         if limit:
             limit *= 1 - self.back_off
-            rows.append(("sum of mean square currents", np.array([1 - squares["currents"] / limit]), -slopes["currents"] / limit))
+            rows.append(
+                (
+                    "sum of mean square currents",
+                    np.array([1 - squares["currents"] / limit]),
+                    -slopes["currents"] / limit,
+                )
+            )
         limit = self.limits.get(MOTOR_CURRENT)
         if limit:
             limit *= 1 - self.back_off
@@ -231,5 +251,7 @@ class Programme:
                 rms = np.array([np.sqrt(squares[n]) for n in names])
                 slope = np.array([slopes[n] for n in names]) / (2 * rms[:, None])
                 value = static[part] + PEAK_SIGMAS * rms
-                rows.append((f"peak {word} change", 1 - value / limit, -(static_slope[part] + PEAK_SIGMAS * slope) / limit))
+                rows.append(
+                    (f"peak {word} change", 1 - value / limit, -(static_slope[part] + PEAK_SIGMAS * slope) / limit)
+                )
         return rows

@@ -1,6 +1,6 @@
 """Trade-off curves: the best cost against one limit, swept with warm starts.
 
-    limits from the loosest to the tightest --each start from the last solution--> designs, each verified
+limits from the loosest to the tightest --each start from the last solution--> designs, each verified
 """
 
 from collections.abc import Callable, Sequence
@@ -30,10 +30,22 @@ class TradeOff(Result):
     gains: tuple[Gains | None, ...]
 
     def rows(self) -> list[Row]:
-        return [(f"{self.quantity} at {limit:.4g} {self.unit}", cost, "J") for limit, cost in zip(self.limits, self.costs, strict=True)]
+        return [
+            (f"{self.quantity} at {limit:.4g} {self.unit}", cost, "J")
+            for limit, cost in zip(self.limits, self.costs, strict=True)
+        ]
 
 
-def trade_off(problem: Problem, quantity: str, limits: Sequence[float], *, start: Gains | None = None, starts: int = STARTS, seed: int = 0, on_limit: Callable[[float, float | None], None] | None = None) -> TradeOff:
+def trade_off(
+    problem: Problem,
+    quantity: str,
+    limits: Sequence[float],
+    *,
+    start: Gains | None = None,
+    starts: int = STARTS,
+    seed: int = 0,
+    on_limit: Callable[[float, float | None], None] | None = None,
+) -> TradeOff:
     """Sweeps the limit of one requirement, the others as they are.
 
     limits : SI units, in any order; solved from the loosest to the tightest, each from the one before

@@ -8,7 +8,6 @@ from workbench.design.problem import Problem
 from workbench.design.requirement import MOTOR_CURRENT, RIDE_MASKS, Requirement, Verdict, judge
 
 
-
 def verdicts(problem: Problem, analysis: Analysis) -> tuple[Verdict, ...]:
     """One verdict per requirement; the peak sensitivity gets one per group of motion."""
     out: list[Verdict] = []

@@ -121,20 +121,14 @@ class OperatingPointBlock(Block):
 
     def conditions(self) -> Conditions:
         """The same as the vehicle takes them; a weight becomes a mass."""
-        turn = (
-            self.curve_lateral_m_s2,
-            self.curve_cant_rad,
-            self.curve_roll_rate_rad_s,
-            self.curve_roll_acceleration_rad_s2,
-            self.curve_lateral_jerk_m_s3,
-        )
-        lateral, cant, roll_rate, roll_acceleration, jerk = turn
+        wind = SideWind(force=self.side_force_n, above=self.side_force_above_cg_m, ahead=self.side_force_ahead_of_cg_m)
+        curve = Curve(
+            lateral=self.curve_lateral_m_s2, cant=self.curve_cant_rad, roll_rate=self.curve_roll_rate_rad_s,
+            roll_acceleration=self.curve_roll_acceleration_rad_s2, lateral_jerk=self.curve_lateral_jerk_m_s3,
+        )  # fmt: skip
         return Conditions(
             mass=None if self.weight_n is None else self.weight_n / GRAVITY, cg_forward=self.cg_forward_m,
-            wind=SideWind(force=self.side_force_n, above=self.side_force_above_cg_m, ahead=self.side_force_ahead_of_cg_m)
-            if self.side_force_n else None,
-            curve=Curve(lateral=lateral, cant=cant, roll_rate=roll_rate, roll_acceleration=roll_acceleration, lateral_jerk=jerk)
-            if any(turn) else None,
+            wind=wind if self.side_force_n else None, curve=None if curve == Curve(lateral=0.0) else curve,
             lost_set=self.lost_set, lost_share=self.lost_share, carried_by=self.carried_by,
         )  # fmt: skip
 

@@ -59,7 +59,8 @@ def load_problem(name: str, *, speed: float | None = None) -> Problem:
     if not (folder / "data.toml").is_file():
         if "/" in name or folder.exists():
             raise InputError(
-                f"a problem's folder must hold data.toml; {name} does not. Name a folder with one, or a shipped problem: {', '.join(known)}."
+                f"a problem's folder must hold data.toml; {name} does not. "
+                f"Name a folder with one, or a shipped problem: {', '.join(known)}."
             )
         raise unknown_name("problem", name, known)
     text = read_text(folder / "data.toml")
@@ -110,7 +111,7 @@ class ProblemData:
         return level_flight(law, self.file.vehicle, self.file.operating_point) if isinstance(law, CornerBlock) else None
 
     def vehicle(self) -> Vehicle:
-        """The vehicle on the force law of the operating point's speed and weight; its mass and centre of gravity nominal."""
+        """The vehicle on the force law of the operating point's speed and weight; itself of nominal mass."""
         v, i, p = self.file.vehicle, self.file.inertia, self.file.physics
         flown = self.flight()
         return Vehicle(
@@ -119,7 +120,8 @@ class ProblemData:
             speed=flown.speed if flown else v.speed_m_s,
             force_law=flown.law if flown else printed_law(self.file.force_law, v, self.file.operating_point),
             extras=Extras(
-                current_lag=p.current_lag_s, gravity_term=p.gravity_term, coil_length=p.coil_length_m, thrust=p.thrust_n,
+                current_lag=p.current_lag_s, gravity_term=p.gravity_term, coil_length=p.coil_length_m,
+                thrust=p.thrust_n,
                 lift_damping=p.lift_damping_n_s_m, lateral_damping=p.lateral_damping_n_s_m, bank_reading=p.bank_reading,
             ),
         )  # fmt: skip
@@ -189,9 +191,12 @@ class ProblemData:
             law=law(point.nominal.vehicle.command_positions, vehicle.depth), groups=d.problem.groups,
             speed=vehicle.speed, guideway=self.roughness(), points=self.points(),
             accelerometer_bias=d.sensors.accelerometer_bias_mg * 1e-3 * GRAVITY,
-            sensor_noise=(d.sensors.gap_noise_um_per_root_hz * 1e-6, d.sensors.acceleration_noise_mm_s2_per_root_hz * 1e-3),
+            sensor_noise=(
+                d.sensors.gap_noise_um_per_root_hz * 1e-6, d.sensors.acceleration_noise_mm_s2_per_root_hz * 1e-3,
+            ),
             current_forces=tuple(per_command * force for force in current_forces(point.trim)),
-            coil_resistance=per_command * coil.resistivity_ohm_m * coil.turn_length_m / (coil.conductor_area_cm2 * 1e-4),
+            coil_resistance=per_command
+            * (coil.resistivity_ohm_m * coil.turn_length_m / (coil.conductor_area_cm2 * 1e-4)),
             main_current=flown.current if flown else d.force_law.main_current_a_turns,
             clearance=(flown.gap, flown.gap_lateral) if flown else (d.vehicle.gap_m, d.vehicle.gap_lateral_m),
             motor=_motor_point(drive) if drive else None,
@@ -208,14 +213,16 @@ class ProblemData:
             requirements=self.requirements(), bounds=bounds, fixed=fixed,
             approved=Gains.from_mapping(fixed) if not bounds else self.approved,
             sample_time=d.discretisation.sample_time_s,
-            data_sha256=self.sha256, sources={name: block.source for name in d.__class__.model_fields if (block := getattr(d, name)) is not None},
+            data_sha256=self.sha256,
+            sources={n: block.source for n in d.__class__.model_fields if (block := getattr(d, n)) is not None},
         )  # fmt: skip
 
 
 def _motor_point(drive: MotorDrive) -> MotorPoint:
     return MotorPoint(
-        rated_current=drive.rated_current, working_current=drive.working_current, thrust=drive.thrust, forces=drive.input_matrix
-    )
+        rated_current=drive.rated_current, working_current=drive.working_current, thrust=drive.thrust,
+        forces=drive.input_matrix,
+    )  # fmt: skip
 
 
 def read_gains(path: Path) -> Gains:

@@ -16,7 +16,9 @@ def read_text(path: Path) -> str:
         with path.open("rb") as file:
             content = file.read(LARGEST_FILE + 1)  # no more, whatever the file says of its size
         if len(content) > LARGEST_FILE:
-            raise InputError(f"{path} must be at most {LARGEST_FILE} bytes; it has more. Give the problem or table itself.")
+            raise InputError(
+                f"{path} must be at most {LARGEST_FILE} bytes; it has more. Give the problem or table itself."
+            )
         return content.decode("utf-8")
     except OSError as error:
         raise InputError(f"{path} must be a readable file; {error.strerror or error}. Check the path.") from error
@@ -64,7 +66,9 @@ def write_text(path: Path, text: str) -> None:
         beside.write_text(text, encoding="utf-8")
         beside.replace(path)
     except OSError as error:
-        raise InputError(f"{path} must be writable; {error.strerror or error}. Choose another folder with --out.") from error
+        raise InputError(
+            f"{path} must be writable; {error.strerror or error}. Choose another folder with --out."
+        ) from error
 
 
 def check_writable(folder: Path) -> None:
@@ -75,4 +79,6 @@ def check_writable(folder: Path) -> None:
         probe.write_text("", encoding="utf-8")
         probe.unlink()
     except OSError as error:
-        raise InputError(f"{folder} must be a folder that can be written to; {error.strerror or error}. Choose another with --out.") from error
+        raise InputError(
+            f"{folder} must be a folder that can be written to; {error.strerror or error}. Choose another with --out."
+        ) from error

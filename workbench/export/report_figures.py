@@ -11,14 +11,14 @@ from typing import Any
 
 import numpy as np
 
-from workbench.analysis.spectra import Spectra, response_spectra
 from workbench.analysis.comfort import Mask, boundary, worst_ratio
+from workbench.analysis.loop_curve import LoopCurve, loop_curves
+from workbench.analysis.spectra import Spectra, response_spectra
 from workbench.constants import GRAVITY
 from workbench.design.design import Design
 from workbench.design.tradeoff import TradeOff
 from workbench.export.report_style import figure_block, svg_figure, table_block
 from workbench.plots.design import plot_roots
-from workbench.analysis.loop_curve import LoopCurve, loop_curves
 from workbench.plots.nyquist import plot_nyquist
 from workbench.plots.spectra import plot_acceleration, plot_current, plot_gap
 from workbench.plots.tradeoff import plot_tradeoff

@@ -13,6 +13,7 @@ from workbench.control.gains import GAIN_NAMES
 from workbench.ledger.formula import latex, latex_name
 from workbench.ledger.tables import Comparison, Erratum, compare, entries, errata
 from workbench.loop.polynomial import loop_polynomial
+from workbench.lti import Plant
 from workbench.lti.signals import ANTISYMMETRIC, COORDINATES, SYMMETRIC
 from workbench.result import Result, Row
 from workbench.vehicle import Linearisation, Vehicle, linearise
@@ -94,8 +95,13 @@ class Sheet(Result):
         return "\n".join(parts)
 
 
-def model_sheet(vehicle: Vehicle, law: ModalLaw, gains: Gains | None, name: str = "") -> Sheet:
+def model_sheet(
+    vehicle: Vehicle, law: ModalLaw, gains: Gains | None, name: str = "", plant: Plant | None = None
+) -> Sheet:
     """The model of a vehicle under a law; without gains, of the vehicle without control.
+
+    plant : the vehicle's plant with whatever else the law drives; linearised from the vehicle if left out. Beside a law
+        that drives motors the report prints nothing, so its formulas and transfer functions are left out.
 
     Raises
     ------
@@ -106,13 +112,13 @@ def model_sheet(vehicle: Vehicle, law: ModalLaw, gains: Gains | None, name: str 
     linear = linearise(vehicle)
     polynomials = []
     for part in GROUP_COORDINATES:
-        loop = loop_polynomial(linear.plant, law, part, gains)
+        loop = loop_polynomial(plant or linear.plant, law, part, gains)
         polynomials.append(Polynomial(part=part, coefficients=tuple(loop.characteristic()), roots=loop.roots()))
-    report = vehicle.count == 4
+    report = vehicle.count == 4 and not law.split
     return Sheet(
         name=name, gains=gains, inertia=linear.inertia,
         matrices=tuple(_matrices(linear)), polynomials=tuple(polynomials),
-        transfers=tuple(_transfers(linear, law, gains)),
+        transfers=() if law.split else tuple(_transfers(linear, law, gains)),
         comparisons=compare(vehicle, law, gains).comparisons if report else (), errata=errata() if report else (),
     )  # fmt: skip
 

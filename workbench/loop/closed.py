@@ -45,13 +45,15 @@ class ClosedLoop:
 
 
 def close(plant: Plant, law: ModalLaw, gains: Gains) -> ClosedLoop:
-    """The closed loop; refuses an algebraic loop without solution and unfiltered rates (`loop.polynomial` has their roots)."""
+    """The closed loop; refuses an algebraic loop without solution and unfiltered rates, whose roots `roots_of` has."""
     names = law.filter_names(law.kept_filters(gains))
     system = interconnect(plant, law.numeric(gains), law.commands, law.sensors, names)
     return ClosedLoop(system=system, plant=plant, law=law, gains=gains)
 
 
-def interconnect(plant: Plant, controller, commands: Sequence[str], sensors: Sequence[str], states: Sequence[str]) -> Plant:
+def interconnect(
+    plant: Plant, controller, commands: Sequence[str], sensors: Sequence[str], states: Sequence[str]
+) -> Plant:
     """A plant under a controller (A, B, C, D) from its sensors to its commands, with error inputs at both."""
     Ac, Bc, Cc, Dc = controller
     open_loop = tuple(name for name in plant.inputs if name not in commands)

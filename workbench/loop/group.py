@@ -62,7 +62,9 @@ def _patterns(positions, parity: int) -> np.ndarray:
     for x in stations:
         column = np.array([(1.0 if y > 0 else float(parity)) if at == x else 0.0 for at, y in positions])
         if column.sum() != (2.0 if parity > 0 else 0.0):
-            raise InputError(f"coil sets must come in right-left pairs; at x = {x} m they do not. Give every set its mirror image.")
+            raise InputError(
+                f"coil sets must come in right-left pairs; at x = {x} m they do not. Give every set its mirror image."
+            )
         columns.append(column / np.sqrt(2.0))
     pairs = np.column_stack(columns)
     # sum and difference of the pairs, so that the first pattern moves all sets alike

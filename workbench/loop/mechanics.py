@@ -50,7 +50,9 @@ class Mechanics:
 
     def by_set(self, kind: str) -> np.ndarray:
         """(5, n): columns of `exogenous` that belong to zeta, eta or bank of sets 1 … n."""
-        return self.exogenous[:, [self.inputs.index(name) for name in numbered(kind, self.current.shape[1])]]
+        return self.exogenous[
+            :, [self.inputs.index(name) for name in numbered(kind, sum(i.startswith(f"{kind}_") for i in self.inputs))]
+        ]
 
 
 def mechanics(plant: Plant, law: ModalLaw) -> Mechanics:
@@ -71,7 +73,7 @@ def mechanics(plant: Plant, law: ModalLaw) -> Mechanics:
             "Check the plant's input matrix."
         )
     force = inertia[:, None] * plant.A[rates]
-    names = numbered("current", law.count)
+    names = law.currents
     lagged = set(names) <= set(plant.states)
     if lagged:
         states = plant.index("states", names)

@@ -19,7 +19,7 @@ import casadi as ca
 import numpy as np
 
 from workbench.control.gains import GAIN_NAMES, Gains
-from workbench.control.law import CHANNELS, VERTICAL_CHANNELS, ModalLaw, modal_factors
+from workbench.control.law import CHANNELS, PATHS, VERTICAL_CHANNELS, ModalLaw, modal_factors
 from workbench.errors import InputError, unknown_name
 from workbench.loop.mechanics import cleaned, mechanics
 from workbench.loop.subject import SUBJECTS, subject
@@ -143,15 +143,15 @@ def loop_polynomial(plant: Plant, law: ModalLaw, part: str, gains: Parameters) -
     M[0][:N, at_v:at_r] = _sparse(-m.current[q] @ U)
     load[0][:N, :] = _sparse(m.exogenous[q])
 
-    factors = modal_factors(ca.vertcat(*(g[name] for name in GAIN_NAMES)))
-    onto = ca.mtimes(_sparse(U.T @ law.command_columns()), ca.diag(factors))
+    factors = modal_factors(ca.vertcat(*(g[name] for name in GAIN_NAMES)), split=law.split)
+    onto = ca.mtimes(_sparse(U.T @ law.path_columns()), ca.diag(factors))
     for place, channel in enumerate(channels):
         vertical = channel < VERTICAL_CHANNELS
         K, K_rate, tau_gap = (g[n] for n in (("K_h", "K_hdot", "tau_h") if vertical else ("K_hp", "K_hpdot", "tau_hp")))
         K_acc, K_velocity, tau_acc = (
             g[n] for n in (("K_zddot", "K_zdot", "tau_z") if vertical else ("K_yddot", "K_ydot", "tau_y"))
         )
-        into = onto[:, channel]
+        into = ca.sum2(onto[:, [k for k, start in enumerate(PATHS[law.split]) if start == channel]])
         gap, accelerated, tilt = (_sparse(rows[[channel]][:, q]) for rows in (m.gap, m.acceleration, m.tilt))
         guideway = _sparse(m.guideway[[channel]])
         M[0][at_v:at_r, :N] -= ca.mtimes(into, K * gap + K_acc * tilt)

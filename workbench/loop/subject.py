@@ -129,7 +129,8 @@ def subject(plant: Plant, law: ModalLaw, name: str, *, unused: bool = False) -> 
     if coupled > COUPLING_ALLOWED:
         raise InputError(
             "heave/pitch and sway/roll/yaw must be decoupled to be looked at by group; "
-            f"their coupling is {coupled:.2g} of the largest acceleration per displacement. Place the coil sets symmetrically, or take group 'all'."
+            f"their coupling is {coupled:.2g} of the largest acceleration per displacement. "
+            "Place the coil sets symmetrically, or take group 'all'."
         )
     whole = commanded("heave_pitch" if name == "heave" else name, law, unused=unused)
     coordinates, channels, patterns = whole.coordinates, whole.channels, whole.patterns
@@ -140,10 +141,11 @@ def subject(plant: Plant, law: ModalLaw, name: str, *, unused: bool = False) -> 
 
 
 def coupling(plant: Plant) -> float:
-    """Largest entry of A that couples (Z, Θ) with (Y, Φ, Ψ), relative to the largest of the rates' rows; 0 if decoupled."""
+    """Largest entry of A that couples (Z, Θ) with (Y, Φ, Ψ), relative to the largest of all; 0 if decoupled."""
     groups = [plant.index("states", [*names, *(f"{c}_rate" for c in names)]) for names in (SYMMETRIC, ANTISYMMETRIC)]
     off = max(np.abs(plant.A[np.ix_(a, b)]).max() for a, b in (groups, groups[::-1]))
-    return float(off / np.abs(plant.A[np.ix_(sum(groups, []), sum(groups, []))]).max())
+    both = [*groups[0], *groups[1]]
+    return float(off / np.abs(plant.A[np.ix_(both, both)]).max())
 
 
 def _along(plant: Plant, law: ModalLaw, patterns: np.ndarray) -> Plant:

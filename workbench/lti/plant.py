@@ -1,6 +1,6 @@
 """The one type in which physics and control meet: a state-space system with named states, inputs and outputs.
 
-    vehicle, python-control system or A, B, C, D  -->  Plant  -->  control law, loop, analysis, design
+vehicle, python-control system or A, B, C, D  -->  Plant  -->  control law, loop, analysis, design
 """
 
 from collections.abc import Sequence
@@ -61,17 +61,22 @@ class Plant(Result):
         """A plant with the names x1…, u1…, y1…; D defaults to zero."""
         A, B, C = (_real_matrix(name, matrix) for name, matrix in (("A", A), ("B", B), ("C", C)))
         D = np.zeros((C.shape[0], B.shape[1])) if D is None else D
-        names = ([f"{letter}{i + 1}" for i in range(count)] for letter, count in (("x", len(A)), ("u", B.shape[1]), ("y", len(C))))
+        names = (
+            [f"{letter}{i + 1}" for i in range(count)]
+            for letter, count in (("x", len(A)), ("u", B.shape[1]), ("y", len(C)))
+        )
         states, inputs, outputs = (tuple(group) for group in names)
         return cls(A=A, B=B, C=C, D=D, states=states, inputs=inputs, outputs=outputs)
 
     @classmethod
     def from_control(cls, system) -> "Plant":
-        """The same system from python-control (StateSpace or TransferFunction, continuous time), with its signal names."""
+        """The same continuous-time system from python-control (StateSpace or TransferFunction), with its names."""
         import control
 
         if getattr(system, "dt", 0) not in (0, None):
-            raise InputError(f"the system must be in continuous time; got sample time {system.dt}. Convert it with d2c first.")
+            raise InputError(
+                f"the system must be in continuous time; got sample time {system.dt}. Convert it with d2c first."
+            )
         ss = control.ss(system)
         return cls(
             A=ss.A, B=ss.B, C=ss.C, D=ss.D,
@@ -123,7 +128,9 @@ def _real_matrix(name: str, value) -> np.ndarray:
     try:
         matrix = np.array(value, dtype=float, ndmin=2)
     except (TypeError, ValueError) as error:
-        raise InputError(f"matrix {name} must hold real numbers in rows of equal length; got {str(value)[:80]}.") from error
+        raise InputError(
+            f"matrix {name} must hold real numbers in rows of equal length; got {str(value)[:80]}."
+        ) from error
     if matrix.ndim != 2 or not np.all(np.isfinite(matrix)):
         raise InputError(f"matrix {name} must be two-dimensional and finite; got {str(value)[:80]}.")
     return matrix

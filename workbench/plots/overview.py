@@ -1,4 +1,4 @@
-"""A design on one page: roots, Nyquist curves of the tightest group, acceleration against a comfort boundary, trade-off."""
+"""A design on one page: roots, Nyquist curves of the tightest group, ride against a boundary, trade-off."""
 
 from workbench.analysis.comfort_summary import mask_for
 from workbench.analysis.loop_curve import loop_curves
@@ -19,7 +19,9 @@ def plot_overview(design: Design, curve: TradeOff | None = None):
     axes = figure.subplots(2, 2)
     limits = {r.name: r.limit for r in design.problem.requirements}
     setting, gains = design.problem.setting, design.gains
-    plot_roots(design.analysis.modes, damping=limits.get("damping ratio"), decay=limits.get("decay rate"), ax=axes[0, 0])
+    plot_roots(
+        design.analysis.modes, damping=limits.get("damping ratio"), decay=limits.get("decay rate"), ax=axes[0, 0]
+    )
     peaks = {group: peak.value for group, peak in design.analysis.peak_sensitivity.items() if peak is not None}
     tightest = max(peaks, key=lambda group: peaks[group])
     curves = [c for c in loop_curves(setting, gains) if c.group == tightest or len(peaks) == 1]

@@ -1,6 +1,6 @@
 """Pictures of a vehicle's response spectra: accelerations against comfort limits, gaps, currents.
 
-    analysis.spectra.Spectra --> plot_acceleration, plot_gap, plot_current
+analysis.spectra.Spectra --> plot_acceleration, plot_gap, plot_current
 """
 
 from collections.abc import Sequence

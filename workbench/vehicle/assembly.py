@@ -1,10 +1,10 @@
-"""The equations of motion with the coil sets' forces left open, so that each set may have a law and a strength of its own.
+"""The equations of motion with the coil sets' forces left open, so that each may have a strength of its own.
 
     equations (of one vehicle)  --forces become inputs-->  Assembly: kinematics, then dynamics
     law, deviation of one set   --tangent-->  values and slopes        law  --law_function-->  compiled, mappable
 
-The exact law of a coil set is ten thousand operations long. Kept apart from the rigid body it is generated once and mapped
-over the sets, and a linearisation needs its slopes as numbers only.
+The exact law of a coil set is ten thousand operations long. Kept apart from the rigid body it is generated once and
+mapped over the sets, and a linearisation needs its slopes as numbers only.
 """
 
 from dataclasses import dataclass, field
@@ -24,10 +24,10 @@ from workbench.vehicle.variation import ScaledLaw
 class Assembly:
     """A rigid body on n coil sets whose forces are inputs.
 
-    kinematics : Function (pose (5), velocity (5), zeta, eta, bank (n each)) -> deviation (3, n): gap change, lateral gap
-        change [m], roll [rad] of each set;  rate (2, n): of the two gaps, the guideway held [m/s]
-    dynamics : Function (pose, velocity, forces (3, n): lift, lateral [N], roll moment [N m], zeta, eta, bank, external (5))
-        -> rate (10): of pose and velocity;  sensed (2n): accelerometers, vertical then lateral [m/s²]
+    kinematics : Function (pose (5), velocity (5), zeta, eta, bank (n each)) -> deviation (3, n): gap change, lateral
+        gap change [m], roll [rad] of each set;  rate (2, n): of the two gaps, the guideway held [m/s]
+    dynamics : Function (pose, velocity, forces (3, n): lift, lateral [N], roll moment [N m], zeta, eta, bank,
+        external (5)) -> rate (10): of pose and velocity;  sensed (2n): accelerometers, vertical then lateral [m/s²]
     """
 
     vehicle: Vehicle
@@ -59,7 +59,7 @@ def assembly(vehicle: Vehicle) -> Assembly:
 
 
 def set_forces(vehicle: Vehicle, values, rates, strength):
-    """(3, n) forces of the sets: the law's values times each set's strength (n), less the magnetic damping of its gap rates."""
+    """(3, n) forces of the sets: the law's values less the damping of the gap rates, times the strengths (n)."""
     extras, n = vehicle.extras, vehicle.count
     damping = ca.vertcat(extras.lift_damping * rates[0, :], extras.lateral_damping * rates[1, :], ca.DM.zeros(1, n))
     return (values - damping) * ca.repmat(ca.reshape(strength, 1, n), 3, 1)

@@ -67,7 +67,7 @@ class Curve:
 
     @property
     def unbalanced(self) -> float:
-        """Lateral acceleration that the cant leaves to the wall [m/s²], positive towards the inside of a right-hand curve."""
+        """Lateral acceleration that the cant leaves to the walls [m/s²], positive in a right-hand curve."""
         return self.lateral * math.cos(self.cant) - GRAVITY * math.sin(self.cant)
 
     def loads(self, vehicle: Vehicle) -> np.ndarray:
@@ -87,7 +87,7 @@ class Curve:
         )
 
     def irregularity(self, vehicle: Vehicle) -> np.ndarray:
-        """(3, n) constant ζ, η [m] and bank [rad] of the coil sets: the twist of the transition, the arc of the curve."""
+        """(3, n) constant ζ, η [m], bank [rad] of the coil sets: twist of the transition, arc of the curve."""
         x, y = np.array(vehicle.positions, float).T
         bank = self.roll_rate / vehicle.speed * x
         arc = self.lateral / vehicle.speed**2 * x**2 / 2 + self.lateral_jerk / vehicle.speed**3 * x**3 / 6
@@ -110,8 +110,8 @@ class Conditions:
     lost_share : float
         Share of its forces that the failing set loses, 0 … 1.
     carried_by : "pose" or "currents"
-        What carries the difference to the nominal flight: gaps alone, or control currents that hold heave, pitch and roll
-        (sway and yaw still give way).
+        What carries the difference to the nominal flight: gaps alone, or control currents that hold heave, pitch and
+        roll (sway and yaw still give way).
     """
 
     mass: float | None = None

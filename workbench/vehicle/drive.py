@@ -20,7 +20,13 @@ from workbench.result import Result, Row
 
 AXES = ("motor_d", "motor_q")
 DRIVEN = tuple(f"{axis}_{side}" for axis in AXES for side in ("right", "left"))  # of command_… and current_…
-LOADS = ("force_z", "moment_pitch", "force_y", "moment_roll", "moment_yaw")  # a plant's inputs, in the order of COORDINATES
+LOADS = (
+    "force_z",
+    "moment_pitch",
+    "force_y",
+    "moment_roll",
+    "moment_yaw",
+)  # a plant's inputs, in the order of COORDINATES
 _ORDER = [0, 2, 1, 3]  # DRIVEN among the currents of `forces.motor.hybrid`: i_dR, i_qR, i_dL, i_qL
 
 
@@ -43,13 +49,16 @@ class MotorDrive(Result):
 
     def __post_init__(self) -> None:
         if not 0 <= self.current_lag < np.inf:
-            raise InputError(f"the motor's current_lag must not be negative; got {self.current_lag!r} s. Zero leaves it out.")
+            raise InputError(
+                f"the motor's current_lag must not be negative; got {self.current_lag!r} s. Zero leaves it out."
+            )
         if not abs(self.thrust) < np.inf:
             raise InputError(f"the motor's thrust must be finite; got {self.thrust!r} N. Give the drag at cruise.")
         if not abs(self.working_current) <= self.rated_current:
             raise InputError(
-                f"the thrust must not exceed what the rated current of {self.rated_current:g} A gives; {self.thrust:g} N needs "
-                f"{self.working_current:.4g} A on each side. Lower it, raise the rated current or add coils."
+                f"the thrust must not exceed what the rated current of {self.rated_current:g} A gives; "
+                f"{self.thrust:g} N needs {self.working_current:.4g} A on each side. "
+                "Lower it, raise the rated current or add coils."
             )
 
     @property
@@ -108,7 +117,8 @@ def with_motor(plant: Plant, drive: MotorDrive) -> Plant:
     if lagged != (drive.current_lag > 0):
         raise InputError(
             "either both or neither of motor and control coils must have a current lag; got "
-            f"{drive.current_lag:g} s for the motor and {'one' if lagged else 'none'} for the coils. Set both current lags."
+            f"{drive.current_lag:g} s for the motor and {'one' if lagged else 'none'} for the coils. "
+            "Set both current lags."
         )
     q, loads = plant.index("states", COORDINATES), plant.index("inputs", LOADS)
     spring = np.zeros((len(LOADS), n))

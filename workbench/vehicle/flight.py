@@ -1,6 +1,6 @@
 """The force law that comes from coils, at any speed: what a vehicle flies on, and at which height.
 
-    FlyingCoils, speed, weight  --level flight: current or gap held-->  Flight: law, gap, current  -->  vehicle at that speed
+    FlyingCoils, speed, weight  --level flight: current or gap held-->  Flight: law, gap, current  -->  vehicle there
     FlyingCoils, speeds         -->  CoefficientTable: the first-order expansion against speed
 
 Below the lift-off speed the vehicle rolls on wheels: the lowest speed whose trim gap is at least `gap_minimum`.
@@ -26,7 +26,8 @@ class FlyingCoils:
     """Coil sets over a conducting guideway, with the physics that gives their forces at a speed.
 
     levitation : weight, sets, coils, plate, nominal gaps and ampere-turns
-    physics : "report", "scaled" or "slab" (`forces.operating`);  hold : "current" (gap solved) or "gap" (current solved)
+    physics : "report", "scaled" or "slab" (`forces.operating`)
+    hold : "current" (gap solved) or "gap" (current solved)
     order : of the expansion that stands for the exact law, 1 … 5; None for the exact law
     gap_minimum : smallest trim gap at which the vehicle flies [m]
     """
@@ -44,12 +45,19 @@ class FlyingCoils:
             raise unknown_name("quantity to hold", str(self.hold), HOLDS)
         if self.order is not None and self.order not in range(1, HIGHEST_ORDER + 1):
             raise InputError(
-                f"the order of an expansion must be 1 … {HIGHEST_ORDER}; got {self.order!r}. Leave it out for the exact law."
+                f"the order of an expansion must be 1 … {HIGHEST_ORDER}; got {self.order!r}. "
+                "Leave it out for the exact law."
             )
         lowest = max(0.0, -self.levitation.coils.control_offset[2])
+        if not self.levitation.gap > lowest:
+            raise InputError(
+                f"the nominal gap must be more than {lowest:g} m, for the control coil to stay clear of the guideway; "
+                f"got {self.levitation.gap:g} m. Fly higher or mount the control coil closer."
+            )
         if not self.gap_minimum > lowest:
             raise InputError(
-                f"gap_minimum must be more than {lowest:g} m, where the lower coil would touch the floor; got {self.gap_minimum!r} m."
+                f"gap_minimum must be more than {lowest:g} m, where the lower coil would touch the floor; "
+                f"got {self.gap_minimum!r} m. Leave it out for 0.15 m."
             )
 
 
@@ -88,14 +96,12 @@ def flight(coils: FlyingCoils, speed: float, weight: float | None = None) -> Fli
         If the coils cannot carry the weight at any gap clear of the floor.
     """
     levitation = coils.levitation if weight is None else replace(coils.levitation, weight=weight)
-    hold = "gap" if coils.physics == "report" and coils.hold == "current" else coils.hold
     if coils.physics == "report" and coils.hold == "current":
         # the printed ratios belong to one gap: gap and current are both held, and the vehicle's own trim takes the rest
-        exact = levitation.law(speed, coils.physics)
-        gap, current = levitation.gap, levitation.current
+        exact, gap, current = levitation.law(speed, coils.physics), levitation.gap, levitation.current
     else:
         try:
-            found = level_flight(speed, coils.physics, hold, levitation)
+            found = level_flight(speed, coils.physics, coils.hold, levitation)
         except InfeasibleError as error:
             raise _below_lift_off(coils, levitation, speed) from error
         exact, gap, current = found.law, found.gap, found.current
@@ -116,8 +122,8 @@ def _below_lift_off(coils: FlyingCoils, levitation: Levitation, speed: float) ->
     except InfeasibleError:
         needed = "never reached with this current"
     return InputError(
-        f"the speed must not be below lift-off ({needed} for {levitation.weight:.6g} N at a gap of {coils.gap_minimum:g} m); "
-        f"got {speed:g} m/s. Fly faster, raise the ampere-turns or lower gap_minimum_m."
+        f"the speed must not be below lift-off ({needed} for {levitation.weight:.6g} N at a gap of "
+        f"{coils.gap_minimum:g} m); got {speed:g} m/s. Fly faster, raise the ampere-turns or lower gap_minimum_m."
     )
 
 
@@ -141,8 +147,10 @@ class CoefficientTable(Result):
         out: list[Row] = []
         for k, speed in enumerate(self.speed):
             at = f" at {speed:g} m/s"
-            out += [("gap" + at, float(self.gap[k]), "m"), ("∂F_L/∂h" + at, float(self.lift[k, 1]), "N/m"),
-                    ("∂F_L/∂α" + at, float(self.lift[k, 4]), "N"), ("lift over drag" + at, float(self.lift_to_drag[k]), "")]  # fmt: skip
+            out.append(("gap" + at, float(self.gap[k]), "m"))
+            out.append(("∂F_L/∂h" + at, float(self.lift[k, 1]), "N/m"))
+            out.append(("∂F_L/∂α" + at, float(self.lift[k, 4]), "N"))
+            out.append(("lift over drag" + at, float(self.lift_to_drag[k]), ""))
         return out
 
 
@@ -159,6 +167,7 @@ def coefficients_against_speed(coils: FlyingCoils, speeds: Sequence[float]) -> C
     table = np.concatenate([values[:, :, None], slopes], axis=2)  # (k, force, 5)
     return CoefficientTable(
         speed=np.array([f.speed for f in flights]), gap=np.array([f.gap for f in flights]),
-        current=np.array([f.current for f in flights]), lift_to_drag=np.array([1 / f.exact.drag_ratio for f in flights]),
+        current=np.array([f.current for f in flights]),
+        lift_to_drag=np.array([1 / f.exact.drag_ratio for f in flights]),
         lift=table[:, 0], lateral=table[:, 1], moment=table[:, 2],
     )  # fmt: skip

@@ -1,6 +1,6 @@
 """Operating points: the equilibrium under given conditions, and the linear vehicle about it.
 
-    vehicle --trim of the nominal flight--> constant help --conditions: mass, cg, wind, curve, lost set--> pose, currents
+    vehicle --trim of the nominal flight--> constant help --mass, cg, wind, curve, lost set--> pose, currents
             --slopes of every coil set at its own gap--> Linearisation --sets of one corner joined--> Plant
 
 The help (constant moment, currents, …) that the nominal geometry needs is found first and kept; what the conditions add
@@ -33,7 +33,8 @@ class OperatingPoint(Result):
     """An equilibrium under given conditions.
 
     nominal : trim of the nominal flight, whose help is kept;  trim : the equilibrium, of the loaded vehicle
-    irregularity : (3, n) constant ζ, η [m] and bank [rad] of the coil sets;  strength : (n,) share of its forces that a set keeps
+    irregularity : (3, n) constant ζ, η [m] and bank [rad] of the coil sets
+    strength : (n,) share of its forces that a set keeps
     deviation : (3, n) gap change, lateral gap change [m] and roll [rad] of the coil sets from the law's nominal pose
     """
 
@@ -50,7 +51,7 @@ class OperatingPoint(Result):
         return self.trim.vehicle
 
     def linearise(self) -> Linearisation:
-        """The linear vehicle about this equilibrium, every coil set with the slopes of its own pose; sets not yet joined."""
+        """The linear vehicle about it, every coil set with the slopes of its own pose; sets not yet joined."""
         return _linearised(self)
 
     def plant(self) -> Plant:
@@ -58,12 +59,12 @@ class OperatingPoint(Result):
         return joined(self.linearise().plant, self.vehicle)
 
     def rows(self) -> list[Row]:
-        gaps = [(f"{name}, set {i + 1}", float(value), "m") for k, name in enumerate(("gap change", "lateral gap change"))
-                for i, value in enumerate(self.deviation[k])]  # fmt: skip
-        currents = [
-            (f"current, set {i + 1}", float(value), "of main coil") for i, value in enumerate(self.trim.currents)
-        ]
-        return [("speed", self.vehicle.speed, "m/s"), ("mass", self.vehicle.mass, "kg"), *gaps, *currents]
+        out: list[Row] = [("speed", self.vehicle.speed, "m/s"), ("mass", self.vehicle.mass, "kg")]
+        for i, current in enumerate(self.trim.currents):
+            out.append((f"gap change, set {i + 1}", float(self.deviation[0, i]), "m"))
+            out.append((f"lateral gap change, set {i + 1}", float(self.deviation[1, i]), "m"))
+            out.append((f"current, set {i + 1}", float(current), "of main coil"))
+        return out
 
 
 def operating_point(
@@ -105,9 +106,9 @@ def operating_point(
 def joined(plant: Plant, vehicle: Vehicle) -> Plant:
     """The plant with one command, one current and one group of sensors per command position.
 
-    A command goes to every coil set of its group; the group's sensors read the mean of its sets, as sensors in the middle
-    would; the guideway under the group is that under its middle, as for one coil of the group's length. Forces keep
-    their own places. A vehicle whose sets are not joined is returned as it is.
+    A command goes to every coil set of its group; the group's sensors read the mean of its sets, as sensors in the
+    middle would; the guideway under the group is that under its middle, as for one coil of the group's length. Forces
+    keep their own places. A vehicle whose sets are not joined is returned as it is.
     """
     if not vehicle.joined:
         return plant
@@ -118,7 +119,7 @@ def joined(plant: Plant, vehicle: Vehicle) -> Plant:
     mean = spread.T / spread.sum(axis=0)[:, None]
 
     def regrouped(names: tuple[str, ...], matrix: np.ndarray) -> tuple[tuple[str, ...], np.ndarray]:
-        """Names with one signal per group in place of one per set, and `matrix` (per group by per set) for each kind."""
+        """Names with one signal per group for one per set, and `matrix` (groups by sets) for each kind."""
         rows, out, done = [], [], set()
         for position, name in enumerate(names):
             kind, _, number = name.rpartition("_")
@@ -138,7 +139,8 @@ def joined(plant: Plant, vehicle: Vehicle) -> Plant:
     inputs, sources = regrouped(plant.inputs, spread.T)
     outputs, seen = regrouped(plant.outputs, mean)
     return Plant(
-        A=out_of @ plant.A @ into.T, B=out_of @ plant.B @ sources.T, C=seen @ plant.C @ into.T, D=seen @ plant.D @ sources.T,
+        A=out_of @ plant.A @ into.T, B=out_of @ plant.B @ sources.T,
+        C=seen @ plant.C @ into.T, D=seen @ plant.D @ sources.T,
         states=states, inputs=inputs, outputs=outputs,
     )  # fmt: skip
 
@@ -185,8 +187,8 @@ def _solved(conditions: Conditions, nominal: Trim, loaded: Vehicle, irregularity
 def _no_equilibrium(conditions: Conditions) -> InfeasibleError:
     other = "currents" if conditions.carried_by == "pose" else "pose"
     return InfeasibleError(
-        f"no equilibrium carried by {conditions.carried_by} with the coils clear of the guideway was found near the nominal "
-        f"pose under {conditions}; reduce the loads, or let carried_by be {other!r}."
+        f"no equilibrium carried by {conditions.carried_by} with the coils clear of the guideway was found near the "
+        f"nominal pose under {conditions}; reduce the loads, or let carried_by be {other!r}."
     )
 
 
@@ -206,7 +208,7 @@ def _directions(conditions: Conditions, vehicle: Vehicle, strength: np.ndarray) 
 def _at(
     vehicle: Vehicle, pose, currents, irregularity, external, strength
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Rates (10,) at rest at a pose, and their slopes by the state (10, 10) and by α, ζ, η, bank, loads (10, 4n + 5)."""
+    """Rates (10,) at rest at a pose, their slopes by the state (10, 10) and by α, ζ, η, bank, loads (10, 4n + 5)."""
     deviation = _deviation(vehicle, pose, irregularity)
     tangents = [tangent(vehicle.force_law, d, float(a)) for d, a in zip(deviation.T, currents, strict=True)]
     values = np.column_stack([value for value, _ in tangents])
@@ -220,7 +222,7 @@ def _at(
 
 @lru_cache(maxsize=32)
 def _affine(vehicle: Vehicle) -> ca.Function:
-    """Rates of the state and their slopes when every set has affine forces: values and slopes at a deviation and current."""
+    """Rates of the state and their slopes when every set has affine forces about a deviation and a current."""
     n, open_motion = vehicle.count, assembly(vehicle)
     state, signals = ca.SX.sym("state", 10), ca.SX.sym("signals", 4 * n + 5)
     values, slopes, centre = ca.SX.sym("values", 3, n), ca.SX.sym("slopes", 3, 4 * n), ca.SX.sym("centre", 3, n)
@@ -239,7 +241,7 @@ def _affine(vehicle: Vehicle) -> ca.Function:
 
 
 def _linearised(point: OperatingPoint) -> Linearisation:
-    """The linear vehicle with one first-order law for all sets, then what each set's own slopes add, as external loads."""
+    """One first-order law for all sets, then what each set's own slopes add, as external loads."""
     at, law = point.trim, point.vehicle.force_law
     undisturbed = not point.irregularity.any() and point.strength.all()
     if isinstance(law, FirstOrderLaw) and undisturbed:

@@ -93,7 +93,8 @@ class Vehicle(Result):
                 raise InputError(f"{name} must be positive; got {value!r}. Check the sign and the unit.")
         if any(not isinstance(y, ca.SX) and y == 0 for _, y in self.positions):
             raise InputError(
-                "every coil set must sit on one side (y ≠ 0), since its wall is on that side; move it off the centre line."
+                "every coil set must sit on one side (y ≠ 0), since its wall is on that side; "
+                "move it off the centre line."
             )
         if self.joined:
             self._check_joined()
@@ -107,7 +108,8 @@ class Vehicle(Result):
         for group in self.joined:
             if len({self.sides[i] for i in group}) > 1:
                 raise InputError(
-                    f"coil sets that share a command must sit on one side; got sets {group}. Their lateral forces would cancel."
+                    f"coil sets that share a command must sit on one side; got sets {group}. "
+                    "Their lateral forces would cancel."
                 )
 
     @classmethod

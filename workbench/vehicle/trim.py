@@ -16,7 +16,7 @@ from workbench.vehicle.equations import equations
 from workbench.vehicle.parameters import Vehicle
 
 MEANS = ("moment", "currents", "cg", "pose")
-ACCELERATION_LEFT = 1e-9  # [m/s², rad/s²] of what a trim may leave: a billionth of gravity moves nothing by a micrometre
+ACCELERATION_LEFT = 1e-9  # [m/s², rad/s²] a trim may leave: a ten-billionth of gravity moves nothing by a micrometre
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
@@ -70,11 +70,12 @@ def trim(vehicle: Vehicle, by: str = "moment", external=(0.0, 0.0, 0.0, 0.0, 0.0
     """
     if by not in MEANS:
         raise unknown_name("trim", by, MEANS)
-    n = vehicle.count
     shift = ca.SX.sym("shift")
-    moved = vehicle.with_values(positions=tuple((x - shift, y) for x, y in vehicle.positions)) if by == "cg" else vehicle
+    behind = tuple((x - shift, y) for x, y in vehicle.positions)
+    moved = vehicle.with_values(positions=behind) if by == "cg" else vehicle
     motion = _Forces(moved)
-    inertia = np.array([vehicle.mass, vehicle.pitch_inertia, vehicle.mass, vehicle.roll_inertia, vehicle.yaw_inertia], float)
+    m, A, B, C = vehicle.mass, vehicle.roll_inertia, vehicle.pitch_inertia, vehicle.yaw_inertia
+    inertia = np.array([m, B, m, A, C], float)
     given = ca.DM(external)
     front = np.array([x > 0 for x, _ in vehicle.positions], float)
 
@@ -91,9 +92,12 @@ def trim(vehicle: Vehicle, by: str = "moment", external=(0.0, 0.0, 0.0, 0.0, 0.0
     solution = np.zeros(8)
     rest = ca.Function("rest", [everything], [left])
     if by != "moment":
-        solve = ca.rootfinder("trim", "newton", {"x": unknowns, "g": ca.substitute(left, *_at_zero(everything, unknowns))}, {"error_on_fail": False})
+        zero = _at_zero(everything, unknowns)
+        problem = {"x": unknowns, "g": ca.substitute(left, *zero)}
+        solve = ca.rootfinder("trim", "newton", problem, {"error_on_fail": False})
         found = np.array(solve(np.zeros(5), [])).ravel()
-        solution = np.array(ca.Function("place", [unknowns], [ca.substitute(everything, *_at_zero(everything, unknowns))])(found)).ravel()
+        place = ca.Function("place", [unknowns], [ca.substitute(everything, *zero)])
+        solution = np.array(place(found)).ravel()
         if not np.all(np.isfinite(solution)) or np.max(np.abs(rest(solution).full())) > ACCELERATION_LEFT:
             raise InfeasibleError(
                 f"no equilibrium by {by} was found near the nominal pose under external loads {list(external)}; "
@@ -106,7 +110,7 @@ def trim(vehicle: Vehicle, by: str = "moment", external=(0.0, 0.0, 0.0, 0.0, 0.0
     if by == "cg":
         at_rest = vehicle.with_values(positions=tuple((x - solution[7], y) for x, y in vehicle.positions))
     return Trim(
-        vehicle=at_rest, by=by, pose=solution[:5], currents=currents if n else currents,
+        vehicle=at_rest, by=by, pose=solution[:5], currents=currents,
         external=np.array(given).ravel() + balance, residual=residual, cg_shift=float(solution[7]),
     )  # fmt: skip
 
