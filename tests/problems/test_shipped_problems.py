@@ -58,6 +58,10 @@ def test_the_numbers_asked_of_the_revenue_vehicle_are_these(problems):
     assert all(problem.bounds[tau] == (0.03, 4.0) for tau in ("tau_h", "tau_hp", "tau_z", "tau_y"))
 
 
+# heave has no limit on currents: its acceleration gain goes as far as sampled current loops follow (data.toml says so)
+BIND_ON_PURPOSE = {("heave", "K_zddot")}
+
+
 @pytest.mark.parametrize("name", NAMES)
 def test_every_free_parameter_has_room_around_the_approved_value(problems, name):
     problem = problems[name]
@@ -66,7 +70,7 @@ def test_every_free_parameter_has_room_around_the_approved_value(problems, name)
     approved = problem.approved.as_dict()
     for parameter, (low, high) in problem.bounds.items():
         assert low <= approved[parameter] <= high
-        if parameter.startswith("K_"):  # gains wide enough not to bind
+        if parameter.startswith("K_") and (name, parameter) not in BIND_ON_PURPOSE:  # gains wide enough not to bind
             assert low < 0.99 * approved[parameter] < high
             assert low < 1.01 * approved[parameter] < high
 

@@ -17,13 +17,12 @@ from workbench.analysis.mode import Mode, modes_of
 from workbench.analysis.motor import MotorWork, motor_squares, motor_work
 from workbench.analysis.norm import Peak, peak_gain
 from workbench.analysis.power import mechanical_power, resistive_power
-from workbench.analysis.response import Driven, driven, point_acceleration
+from workbench.analysis.response import Driven, driven, point_acceleration, random_loops
 from workbench.analysis.sensor import noise_rms, static_errors
 from workbench.analysis.setting import Setting
 from workbench.constants import GRAVITY
 from workbench.control import Gains
 from workbench.loop import Subject
-from workbench.lti import Plant
 from workbench.lti.signals import numbered
 from workbench.result import Result, Row, plain
 
@@ -132,7 +131,7 @@ def analyse(setting: Setting, gains: Gains, name: str = "") -> Analysis:
     peaks: dict[str, Peak | None] = {"heave_pitch": None, "sway_roll_yaw": None}
     for s, closed in loops:
         peaks["heave_pitch" if s.name == "heave" else s.name] = peak_gain(*s.sensitivity(closed)) if stable else None
-    random = _random(setting, loops) if stable else _Random.empty(setting)
+    random = _random(setting, gains) if stable else _Random.empty(setting)
     static = static_errors(setting, loops) if stable else {"gap": None, "gap_lateral": None}
     noise = noise_rms(setting, loops) if stable else dict.fromkeys(("gap", "gap_lateral", "current"))
     return Analysis(
@@ -174,34 +173,36 @@ def _blank(setting: Setting) -> dict[str, dict[str, float | None]]:
     return {name: dict.fromkeys(places) for name, places in names.items()}
 
 
-def _random(setting: Setting, loops: list[tuple[Subject, Plant]]) -> _Random:
-    """Mean squares of all groups, added over groups and over the uncorrelated types."""
-    squares: dict[str, dict[tuple[str, str], float]] = {t: {} for t in TYPES}
+def _random(setting: Setting, gains: Gains) -> _Random:
+    """Mean squares of all groups, added over groups and over uncorrelated types or independent sources."""
+    squares: dict[str, dict[tuple[str, str], float]] = {}
     power = {"to_body": 0.0, "electrical": 0.0}
     motor, motor_power = np.zeros(4), 0.0
-    currents = dict.fromkeys(TYPES, 0.0)
-    for s, closed in loops:
+    alpha = 0.0
+    for s, closed in random_loops(setting, gains):
         system = driven(setting, s, closed)
         state = system.stationary()
         keys, rows = _outputs(setting, s, system)
         values = state.mean_squares(rows)
-        amperes = state.mean_squares(system.rows(numbered("current", setting.law.count))).sum(axis=1)
+        alpha += float(state.mean_squares(system.rows(numbered("current", setting.law.count))).sum())
         body, port = mechanical_power(setting, system, state)
         power["to_body"] += float(body.sum())
         power["electrical"] += float(port.sum())
         drawn, work = motor_squares(setting, system, state)
         motor, motor_power = motor + drawn, motor_power + work
         for k, kind in enumerate(system.types):
-            currents[kind] += float(amperes[k])
+            one = squares.setdefault(kind, {})
             for key, value in zip(keys, values[k], strict=True):
-                squares[kind][key] = squares[kind].get(key, 0.0) + float(value)
-    by_type = {t: _nested(setting, squares[t]) for t in TYPES}
+                one[key] = one.get(key, 0.0) + float(value)
     total: dict[tuple[str, str], float] = {}
     for one in squares.values():
         for key, value in one.items():
             total[key] = total.get(key, 0.0) + value
+    # a type that acts and does not reach a quantity gives zero; correlated types have no shares of their own
+    apart = setting.types if setting.guideway.correlation is None else ()
+    shares = {t: {key: squares.get(t, {}).get(key, 0.0) for key in total} if t in apart else {} for t in TYPES}
+    by_type = {t: _nested(setting, shares[t]) for t in TYPES}
     felt = [total.get((f"weighted_{d}", p), 0.0) for d in "zy" for p in COST_POINTS]
-    alpha = sum(currents.values())
     return _Random(
         rms=_nested(setting, total), by_type=by_type, sum_alpha_squared=alpha,
         power={**power, "resistive": resistive_power(setting, alpha)}, cost=COST_SCALE / GRAVITY**2 * sum(felt),

@@ -140,11 +140,14 @@ def responder(A, B, C, D) -> Callable[[np.ndarray], np.ndarray]:
             raise InputError(
                 f"omega must avoid the poles on the imaginary axis; got {float(at)!r} rad/s. Move it or add damping."
             )
-        x = np.empty((n, len(s) * m), dtype=complex)
+        inverse = 1 / pivots
+        x = np.empty((n, m * len(s)), dtype=complex)
         for i in reversed(range(n)):
-            rest = (T[i, i + 1 :] @ x[i + 1 :]).reshape(len(s), m) + right[i]
-            x[i] = (rest / pivots[i][:, None]).ravel()
-        answer[finite] += (left @ x).reshape(p, len(s), m).transpose(1, 0, 2)
+            row = (T[i, i + 1 :] @ x[i + 1 :]).reshape(m, len(s))
+            row += right[i][:, None]
+            row *= inverse[i]
+            x[i] = row.ravel()
+        answer[finite] += (left @ x).reshape(p, m, len(s)).transpose(2, 0, 1)
         return answer
 
     return response

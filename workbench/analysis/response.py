@@ -8,15 +8,18 @@ Mean squares run over all frequencies from zero to infinity.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from workbench.analysis.ride import weight
 from workbench.analysis.setting import Setting
 from workbench.analysis.variance import Stationary, stationary
+from workbench.control import Gains
 from workbench.errors import InputError
 from workbench.guideway.irregularity import TYPES, patterns
 from workbench.loop import Subject
+from workbench.loop import subject as subject_of
 from workbench.lti import Plant
 from workbench.lti.signals import numbered
 
@@ -38,7 +41,7 @@ def point_acceleration(names: Sequence[str], place: Sequence[float], direction: 
 class Driven:
     """A group's closed loop driven by white noises, one per irregularity type.
 
-    A : (n, n);  B_front, B_rear : (n, types);  types : names
+    A : (n, n);  B_front, B_rear : (n, types);  types : names (of independent sources where the types are correlated)
     surface, surface_rate : (2 sets, n) and the part of the rates that is white, (2 sets, types) at once
     outputs : row of C over the augmented state, by name of the loop's output
     weighted : rows of the weighted accelerations, by (direction, point)
@@ -55,9 +58,9 @@ class Driven:
     surface_rate: np.ndarray
     front_sets: np.ndarray
 
-    def stationary(self, correlation: np.ndarray | None = None) -> Stationary:
-        """Covariance under each type on its own, or under all together where they are correlated."""
-        return stationary(self.A, self.B_front, self.B_rear, delay=self.delay, correlation=correlation)
+    def stationary(self) -> Stationary:
+        """Covariance under each type, or independent source, on its own."""
+        return stationary(self.A, self.B_front, self.B_rear, delay=self.delay)
 
     def rows(self, names: Sequence[str]) -> np.ndarray:
         """C rows of named outputs."""
@@ -71,6 +74,19 @@ def exciting_types(setting: Setting, subject: Subject) -> tuple[str, ...]:
     moved = plant.index("outputs", subject.coordinates)
     reach = plant.response([1.0])[0][np.ix_(moved, _irregularities(plant, subject.law.count))] @ wave
     return tuple(t for t in setting.types if np.abs(reach[:, TYPES.index(t)]).max() > REACH)
+
+
+def random_loops(setting: Setting, gains: Gains) -> list[tuple[Subject, Plant]]:
+    """What random responses are computed from: each group closed, or the whole vehicle where types are correlated."""
+    subjects = setting.subjects
+    if setting.guideway.correlation is not None and len(subjects) > 1:
+        subjects = (subject_of(setting.plant, setting.law, "all"),)
+    return [(s, s.close(gains)) for s in subjects]
+
+
+def spectrum_of(setting: Setting, kind: str) -> Any:
+    """The spectrum of one type of irregularity that acts."""
+    return setting.guideway.spectra[TYPES.index(kind)]
 
 
 def driven(setting: Setting, subject: Subject, closed: Plant) -> Driven:
@@ -88,7 +104,12 @@ def driven(setting: Setting, subject: Subject, closed: Plant) -> Driven:
             "Group them in two."
         )
     types = exciting_types(setting, subject)
-    shaping = [setting.guideway.spectra[TYPES.index(t)].shaping_filter(setting.speed) for t in types]
+    if not types:
+        raise InputError(
+            f"{subject.name} needs an irregularity type that moves it; none of {', '.join(setting.types)} does. "
+            "Let another type act, or leave the group out."
+        )
+    shaping = [spectrum_of(setting, t).shaping_filter(setting.speed) for t in types]
     As, Bs, Cs = (_block_diagonal([filters[part] for filters in shaping]) for part in range(3))
     k, ns = len(types), len(As)
     front = x == stations[0]
@@ -103,6 +124,10 @@ def driven(setting: Setting, subject: Subject, closed: Plant) -> Driven:
     C = np.hstack([closed.D[:, w] @ surface, closed.C])
     B_front = np.vstack([noise, nothing, np.zeros((len(closed.A), k))])
     B_rear = np.vstack([nothing, noise, np.zeros((len(closed.A), k))])
+    if setting.guideway.correlation is not None:  # independent sources, mixed into the types
+        mixing = setting.guideway.mixing()[[TYPES.index(t) for t in types]]
+        B_front, B_rear = B_front @ mixing, B_rear @ mixing
+        types = tuple(f"source {j + 1}" for j in range(mixing.shape[1]))
     surface_state = np.hstack([surface, np.zeros((2 * n, len(closed.A)))])
     wanted = {}
     for direction in WEIGHTS:

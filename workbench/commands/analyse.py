@@ -10,12 +10,19 @@ from workbench.commands.problems import Json
 Name = Annotated[str, typer.Argument(metavar="PROBLEM", help="A shipped problem, or a folder with data.toml.")]
 
 
+Speed = Annotated[
+    float | None,
+    typer.Option(help="Speed of the operating point [m/s]; the data's if left out. Needs a force law from coils."),
+]
+
+
 def analyse(
     problem: Name,
     gains: Annotated[
         Path | None,
         typer.Option(help="Gain table, or TOML/JSON mapping of the seventeen names; the approved gains if left out."),
     ] = None,
+    speed: Speed = None,
     json: Json = False,
 ) -> None:
     """Poles, damping, margins, ride, stroke, current and power for given gains."""
@@ -25,7 +32,7 @@ def analyse(
     from workbench.export.problem import load_problem, read_gains
     from workbench.result import figure
 
-    loaded = load_problem(problem)
+    loaded = load_problem(problem, speed=speed)
     chosen = read_gains(gains) if gains else loaded.approved
     if chosen is None:
         raise InputError(

@@ -6,10 +6,10 @@ from typing import Annotated
 
 import typer
 
-from workbench.commands.analyse import Name
+from workbench.commands.analyse import Name, Speed
 from workbench.commands.problems import Json
 
-TRADE_OFF = (1.4, 1.2, 1.1, 1.0, 0.95, 0.9)  # multiples of the wanted peak sensitivity
+TRADE_OFF = (1.4, 1.2, 1.0, 0.95, 0.9)  # multiples of the wanted peak sensitivity
 
 
 def design(
@@ -22,6 +22,7 @@ def design(
     trade_off: Annotated[
         bool, typer.Option(help="Sweep the cost against the allowed peak sensitivity for the report.")
     ] = True,
+    speed: Speed = None,
     json: Json = False,
 ) -> None:
     """Optimises, verifies, writes the gain table and the report."""
@@ -35,7 +36,7 @@ def design(
     from workbench.result import figure
     from workbench.vehicle import varied
 
-    loaded = load_problem(problem).with_fixed(parse_fixed(fix))
+    loaded = load_problem(problem, speed=speed).with_fixed(parse_fixed(fix))
     check_writable(out)
     with progress(json) as show:
         start = show("starts", starts)

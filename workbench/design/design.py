@@ -36,6 +36,7 @@ STARTS = 16
 MIRRORED = ("K_hp", "K_hpdot", "K_yddot", "K_ydot", "K_yaw")
 SPREADS = (0.3, 1.0, 3.0)  # of random starts around the centre, in typical sizes, in turn
 SAME_COST = 1e-3  # relative; starts that end closer are taken for one valley
+NEARLY = 0.02  # relative violation that a start may end with, since it is ended coarsely
 FINISHED = 3  # distinct valleys brought to the wanted sensitivity
 
 # Where random starts are centred: the report's gains with K_heave = K_sway = 1, the lateral filters shortened to 0.2 s,
@@ -138,10 +139,10 @@ def design(
         raise InputError(f"the number of starts must be at least 1; got {starts}.")
     from threadpoolctl import threadpool_limits
 
+    programme = Programme(problem, back_off=BACK_OFFS[0])  # refuses what cannot be designed, before any process starts
     jobs = _jobs(problem, starts, seed, solver, start)
     with threadpool_limits(1):  # matrices of order 15 are slower on two threads than on one
         outcomes, log = _relaxed_starts(problem, jobs, workers, on_start)
-        programme = Programme(problem, back_off=BACK_OFFS[0])
         return _finished(problem, programme, [o.x for o in _distinct(outcomes)[:FINISHED]], tuple(log), seed, solver)
 
 
@@ -250,10 +251,15 @@ def _entry(number: int, o: Outcome) -> Start:
 
 
 def _distinct(outcomes: list[Outcome]) -> list[Outcome]:
-    """Feasible outcomes by cost, then the others by violation, without those that cost the same as one before."""
+    """Nearly feasible outcomes by cost, then the others by violation; of those that cost the same, the first."""
+
+    def rank(o: Outcome) -> tuple[bool, float]:
+        near = o.violation <= NEARLY
+        return not near, o.cost if near else o.violation
+
     out: list[Outcome] = []
-    for o in sorted(outcomes, key=lambda o: (not o.feasible, o.cost if o.feasible else o.violation)):
-        if not any(abs(o.cost / other.cost - 1) < SAME_COST and o.feasible == other.feasible for other in out):
+    for o in sorted(outcomes, key=rank):
+        if not any(abs(o.cost / other.cost - 1) < SAME_COST for other in out):
             out.append(o)
     return out
 

@@ -13,10 +13,10 @@ from itertools import pairwise
 import casadi as ca
 import numpy as np
 
+from workbench.compiled import compile_function
 from workbench.control import filters
 from workbench.control.gains import GAIN_NAMES
 from workbench.control.law import PATHS, VERTICAL_CHANNELS, modal_factors
-from workbench.design.compiled import compile_function
 from workbench.errors import InputError
 
 EQUAL_SINGULAR_VALUES = 1e-12  # keeps square root and angle differentiable where singular values of S meet

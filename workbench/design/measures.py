@@ -14,11 +14,11 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from workbench.analysis.response import exciting_types, point_acceleration
+from workbench.analysis.response import exciting_types, point_acceleration, spectrum_of
 from workbench.analysis.ride import weight
 from workbench.analysis.setting import Setting
+from workbench.compiled import Buffered
 from workbench.control.gains import GAIN_NAMES
-from workbench.design.compiled import Buffered
 from workbench.design.kernel import Shape, kernel, plant_column
 from workbench.guideway.irregularity import TYPES, phasors
 from workbench.loop import Subject
@@ -152,7 +152,7 @@ class GroupMeasures:
         import scipy.linalg
 
         A, slope = self._dynamics(theta)
-        values, left, right = scipy.linalg.eig(A, left=True)
+        values, left, right = scipy.linalg.eig(A, left=True)  # pyright: ignore[reportAssignmentType]
         products = left.conj()[:, None, :] * right[None, :, :]  # (i, j, k), against rows i + n j of the slope
         top = products.transpose(2, 1, 0).reshape(self.size, -1) @ slope
         bottom = np.einsum("ik,ik->k", left.conj(), right)
@@ -180,7 +180,7 @@ class GroupMeasures:
         y = plant.index("outputs", law.sensors)
         chosen = [TYPES.index(t) for t in self.types]
         density = np.column_stack(
-            [setting.guideway.spectra[k].psd_frequency(omega / (2 * np.pi), setting.speed) for k in chosen]
+            [spectrum_of(setting, t).psd_frequency(omega / (2 * np.pi), setting.speed) for t in self.types]
         )
         wave = phasors(law.positions, setting.speed, omega)[:, :, chosen] * np.sqrt(density)[:, None, :]
         rows = np.vstack([rows for _, rows in self._outputs])

@@ -84,10 +84,12 @@ class Verdict(Result):
     def sentence(self) -> str:
         """How the requirement misses, for a person."""
         value = (
-            "no value (the loop is unstable)" if self.value is None else f"{self.value:.4g} {self.unit}".rstrip(" 1")
+            "no value (the loop is unstable)"
+            if self.value is None
+            else f"{self.value:.4g} {self.unit}".removesuffix(" 1")
         )
         return (
-            f"{self.name!r} must be {self.sense} {self.limit:g} {self.unit}".rstrip(" 1")
+            f"{self.name!r} must be {self.sense} {self.limit:g} {self.unit}".removesuffix(" 1")
             + f"; best found {value} ({self.where})"
         )
 

@@ -55,6 +55,14 @@ class Programme:
                 "a design needs the current-loop lag: without it the best acceleration feedback is infinitely fast; "
                 "set current_lag_s in the data, 0.010 for example."
             )
+        if problem.setting.guideway.correlation is not None:
+            raise InputError(
+                "a design takes irregularity types that are uncorrelated; got a correlation. "
+                "Design without it, then 'analyse' with it."
+            )
+        for name in TIME_CONSTANTS:
+            if problem.fixed.get(name, 1.0) <= 0:
+                raise InputError(f"{name} must be positive in a design; got {problem.fixed[name]!r} s under [fixed].")
         self.problem = problem
         self.groups = [GroupMeasures(problem.setting, s) for s in problem.subjects]
         self.free = [GAIN_NAMES.index(name) for name in problem.free]

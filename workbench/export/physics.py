@@ -14,7 +14,7 @@ from pydantic import Field, model_validator
 from workbench.coils.conductor import Conductor
 from workbench.constants import GRAVITY
 from workbench.errors import InputError
-from workbench.export.block import Block, Finite, Positive, Share
+from workbench.export.block import Block, Finite, Positive, Share, Switch
 from workbench.forces.energy import CoilSet
 from workbench.forces.flight import Levitation
 from workbench.forces.law import ExtendedLaw, FirstOrderLaw, report_extended
@@ -62,7 +62,7 @@ class FirstOrderBlock(Block):
 
 class ExtendedBlock(Block):
     kind: Literal["extended"]
-    corrected: bool
+    corrected: Switch
     main_current_a_turns: Positive
 
 

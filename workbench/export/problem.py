@@ -46,6 +46,14 @@ def shipped_problems() -> dict[str, Path]:
     )
 
 
+def _is_file(path: Path) -> bool:
+    """Whether there is such a file; a name no file system takes is none."""
+    try:
+        return path.is_file()
+    except (OSError, ValueError):
+        return False
+
+
 def load_problem(name: str, *, speed: float | None = None) -> Problem:
     """The problem of a shipped name or of a folder that holds a data.toml, at the data's speed or another one [m/s].
 
@@ -56,8 +64,8 @@ def load_problem(name: str, *, speed: float | None = None) -> Problem:
     """
     known = shipped_problems()
     folder = known.get(name, Path(name))
-    if not (folder / "data.toml").is_file():
-        if "/" in name or folder.exists():
+    if not _is_file(folder / "data.toml"):
+        if "/" in name or name.startswith(".") or (len(name) < 200 and folder.exists()):
             raise InputError(
                 f"a problem's folder must hold data.toml; {name} does not. "
                 f"Name a folder with one, or a shipped problem: {', '.join(known)}."

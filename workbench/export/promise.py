@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from workbench.analysis.response import driven
+from workbench.analysis.response import driven, random_loops
 from workbench.design.requirement import Verdict
 from workbench.lti.signals import numbered
 
@@ -73,8 +73,8 @@ def _mean_squares(design) -> dict[str, tuple[float, float]]:
     """Requirement name to mean square and error bound, over all groups and the uncorrelated types."""
     setting = design.problem.setting
     out: dict[str, tuple[float, float]] = {}
-    for subject in setting.subjects:
-        system = driven(setting, subject, subject.close(design.gains))
+    for subject, closed in random_loops(setting, design.gains):
+        system = driven(setting, subject, closed)
         state = system.stationary()
         rows = {
             f"rms {word}, {end}": [f"{kind}_{i + 1}"]

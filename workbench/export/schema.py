@@ -6,7 +6,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from workbench.control.gains import GAIN_NAMES
 from workbench.design.requirement import QUANTITIES
-from workbench.export.block import Block, Finite, NotNegative, Positive, Source
+from workbench.export.block import Block, Finite, NotNegative, Positive, Source, Switch
 from workbench.export.physics import ForceLawBlock, OperatingPointBlock, VehicleBlock
 
 Interval = tuple[Finite, Finite]
@@ -36,7 +36,7 @@ class InertiaBlock(Block):
 
 class PhysicsBlock(Block):
     current_lag_s: NotNegative
-    gravity_term: bool
+    gravity_term: Switch
     coil_length_m: NotNegative = 0.0
     thrust_n: NotNegative = 0.0
     lift_damping_n_s_m: Finite = 0.0
@@ -60,7 +60,7 @@ class PowerLawBlock(Block):
 class AmericanBlock(Block):
     kind: Literal["fra"]
     track_class: Annotated[int, Field(ge=1, le=6)]
-    extrapolate: bool = False
+    extrapolate: Switch = False
     types: Types
     correlation: Correlation | None = None
 

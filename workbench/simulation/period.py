@@ -13,8 +13,8 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from workbench.compiled import compile_function
 from workbench.forces.energy import clearance
-from workbench.simulation.machine import as_machine_code
 from workbench.simulation.rig import Rig
 from workbench.vehicle import Vehicle
 from workbench.vehicle.assembly import assembly, coil_moments, law_function, set_forces
@@ -87,7 +87,7 @@ def period(rig: Rig) -> Period:
         )  # straight-line code; a long law is better called than repeated
     many = advance.mapaccum("periods", CHUNK)
     return Period(
-        advance=as_machine_code(many) if rig.integrator == "rk" else many, rest=rest, exogenous=exogenous, rows=rows
+        advance=compile_function(many) if rig.integrator == "rk" else many, rest=rest, exogenous=exogenous, rows=rows
     )
 
 

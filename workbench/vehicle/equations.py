@@ -106,7 +106,9 @@ def equations(vehicle: Vehicle) -> Motion:
     sensed_z, sensed_y = [], []
     omega, omega_rate = ca.vertcat(p, q, r), ca.vertcat(p_acc, q_acc, r_acc)
     at_cg = ca.mtimes(R.T, ca.vertcat(0, Y_acc, Z_acc))
-    felt = ca.mtimes(R.T, ca.vertcat(0, 0, GRAVITY)) - ca.vertcat(0, 0, GRAVITY) if extras.gravity_term else ca.SX.zeros(3)
+    felt = (
+        ca.mtimes(R.T, ca.vertcat(0, 0, GRAVITY)) - ca.vertcat(0, 0, GRAVITY) if extras.gravity_term else ca.SX.zeros(3)
+    )
     for (x, y), side in zip(vehicle.positions, vehicle.sides, strict=True):
         arm = ca.vertcat(x, y, vehicle.depth)
         local = at_cg + ca.cross(omega_rate, arm) + ca.cross(omega, ca.cross(omega, arm)) - felt

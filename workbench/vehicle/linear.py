@@ -1,6 +1,6 @@
 """Linearisation at a checked trim: the matrices of Tables B-1 and B-2, and a Plant with named signals.
 
-    equations --CasADi Jacobians at the trim--> dynamics, inputs --> Linearisation --> Plant (with current loops)
+equations --CasADi Jacobians at the trim--> dynamics, inputs --> Linearisation --> Plant (with current loops)
 """
 
 from dataclasses import dataclass
@@ -44,7 +44,9 @@ class Linearisation(Result):
             if letter == "a" or matrix.any():
                 for group in (SYMMETRIC, ANTISYMMETRIC):
                     out += [
-                        (f"{letter}({COORDINATES[i]}, {COORDINATES[j]})", float(matrix[i, j]), "") for i in group for j in group
+                        (f"{letter}({COORDINATES[i]}, {COORDINATES[j]})", float(matrix[i, j]), "")
+                        for i in group
+                        for j in group
                     ]
         return out
 
@@ -70,7 +72,9 @@ def linearise(vehicle: Vehicle, at: Trim | None = None) -> Linearisation:
     here = np.concatenate([at.pose, np.zeros(5)])
     inputs = np.concatenate([at.currents, np.zeros(3 * n), at.external])
     A, B, C, D = (np.array(ca.densify(J)) for J in jacobians(here, inputs))
-    inertia = np.array([vehicle.mass, vehicle.pitch_inertia, vehicle.mass, vehicle.roll_inertia, vehicle.yaw_inertia], float)
+    inertia = np.array(
+        [vehicle.mass, vehicle.pitch_inertia, vehicle.mass, vehicle.roll_inertia, vehicle.yaw_inertia], float
+    )
     forces = inertia[:, None] * B[5:]
     return Linearisation(
         trim=at, inertia=inertia, stiffness=inertia[:, None] * A[5:, :5], damping=inertia[:, None] * A[5:, 5:],
@@ -95,7 +99,11 @@ def _plant(vehicle: Vehicle, A, B, C, D) -> Plant:
     per_set = ("gap", "gap_lateral", "acceleration_z", "acceleration_y")
     states = (*COORDINATES, *rates)
     exogenous = tuple(f"{kind}_{i}" for kind in ("zeta", "eta", "bank") for i in sets) + EXTERNAL
-    outputs = (*states, *(f"{name}_acceleration" for name in COORDINATES), *(f"{kind}_{i}" for kind in per_set for i in sets))
+    outputs = (
+        *states,
+        *(f"{name}_acceleration" for name in COORDINATES),
+        *(f"{kind}_{i}" for kind in per_set for i in sets),
+    )
     currents = tuple(f"current_{i}" for i in sets)
     commands = tuple(f"command_{i}" for i in sets)
     if lag == 0:

@@ -39,7 +39,7 @@ def varied(
     current_force: float = 1.0,
     gap_force: float = 1.0,
 ) -> Vehicle:
-    """A vehicle with each named quantity multiplied by its factor; the pose and its linearisation point stay nominal."""
+    """A vehicle with each named quantity multiplied by its factor; the pose stays nominal."""
     factors = (mass, roll_inertia, pitch_inertia, yaw_inertia, current_force, gap_force)
     if not all(f > 0 for f in factors):
         raise InputError(f"factors of a variation must be positive; got {factors}. Give 1.15 for 15 % more.")
@@ -48,5 +48,6 @@ def varied(
         law = ScaledLaw(law, current_force, gap_force)
     return replace(
         vehicle, mass=mass * vehicle.mass, roll_inertia=roll_inertia * vehicle.roll_inertia,
-        pitch_inertia=pitch_inertia * vehicle.pitch_inertia, yaw_inertia=yaw_inertia * vehicle.yaw_inertia, force_law=law,
+        pitch_inertia=pitch_inertia * vehicle.pitch_inertia, yaw_inertia=yaw_inertia * vehicle.yaw_inertia,
+        force_law=law,
     )  # fmt: skip
