@@ -1,10 +1,13 @@
 """The analysis of the report's vehicle: its figures, its invariances, what it refuses."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from workbench.analysis.analysis import analyse
 from workbench.analysis.full import full_analysis
+from workbench.analysis.spectra import response_spectra
 from workbench.control import GAIN_NAMES
 from workbench.errors import InputError
 from workbench.export.problem import load_problem
@@ -122,12 +125,21 @@ def test_heave_peak_sensitivity_is_the_static_one_of_the_softened_spring(report)
     assert one.peak_sensitivity["heave_pitch"].value == pytest.approx(abs(closed.response([0.0])[0, 0, 0]), rel=0.01)
 
 
-def test_a_time_constant_of_zero_is_refused_where_responses_are_asked_for(report):
+def test_without_gap_filters_there_are_roots_only(report):
     problem, _ = report
+    # Appendix C.5, no signal filtering: 0.6 Hz and 0.6, 0.56 Hz and 0.55, printed to two digits
+    bare = problem.approved.with_values(tau_h=0.0, tau_z=0.0, K_zdot=0.0, tau_hp=0.0, tau_y=0.0, K_ydot=0.0)
+    a = analyse(problem.setting, bare)
+    assert len(a.poles) == 4 + 6
+    slowest = min(a.modes, key=lambda m: m.frequency_hz)
+    assert slowest.frequency_hz == pytest.approx(0.56, abs=0.005)
+    assert slowest.damping == pytest.approx(0.55, abs=0.015)
+    assert a.cost is None
+    assert full_analysis(problem.setting, bare).disk is None
     with pytest.raises(
         InputError, match=r"tau_h must be positive where responses are asked for; got 0 with K_hdot = 0\.15"
     ):
-        analyse(problem.setting, problem.approved.with_values(tau_h=0.0))
+        problem.subjects[0].close(bare)
 
 
 def test_a_filter_without_gain_is_dropped(report):
@@ -149,3 +161,44 @@ def test_margins_of_a_modal_signal_hold_when_its_gain_is_changed(report):
 def test_the_document_names_all_seventeen_gains(report):
     _, a = report
     assert tuple(a.to_dict()["gains"]) == GAIN_NAMES
+
+
+def with_correlation(problem, correlation):
+    setting = problem.setting
+    return replace(setting, guideway=replace(setting.guideway, correlation=correlation))
+
+
+def test_types_of_zero_correlation_are_uncorrelated_types(report):
+    problem, a = report
+    b = analyse(with_correlation(problem, tuple(map(tuple, np.eye(4)))), problem.approved)
+    for quantity, places in a.rms.items():
+        for place, value in places.items():
+            # the whole vehicle at once against the two groups: two eigenvalue problems of other order
+            assert b.rms[quantity][place] == pytest.approx(value, rel=1e-9)
+    assert b.cost == pytest.approx(a.cost, rel=1e-9)
+
+
+def test_correlated_types_have_the_area_under_the_correlated_spectrum(report):
+    problem, a = report
+    R = np.eye(4)
+    R[0, 1] = R[1, 0] = 0.8  # profile and cross-level go together: a rougher right-hand rail
+    setting = with_correlation(problem, tuple(map(tuple, R)))
+    b = analyse(setting, problem.approved)
+    spectra = response_spectra(setting, problem.approved, np.geomspace(1e-5, 1e3, 20001))
+    # trapezoidal rule on 2500 points a decade, cut off at 1 kHz: below 1e-3 of a mean square
+    assert spectra.rms("gap", "front") == pytest.approx(b.rms["gap"]["front"], rel=1e-3)
+    assert b.rms["gap"]["front"] > 1.05 * a.rms["gap"]["front"]  # the front right set is where both add
+    assert b.by_type["A1"]["gap"]["front"] is None  # a correlated type has no share of its own
+
+
+def test_a_type_that_acts_without_reaching_a_quantity_gives_zero(report):
+    _, a = report
+    assert a.by_type["A1"]["acceleration_y"]["cg"] == 0.0
+
+
+def test_a_group_that_no_type_moves_is_refused(report):
+    problem, _ = report
+    setting = problem.setting
+    flat = replace(setting, guideway=replace(setting.guideway, A2=None, A3=None))
+    with pytest.raises(InputError, match="sway_roll_yaw needs an irregularity type that moves it; none of A1, A4 does"):
+        analyse(flat, problem.approved)

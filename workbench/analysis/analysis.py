@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from workbench.analysis.minimal import loop_poles
-from workbench.analysis.mode import Mode, modes_of
+from workbench.analysis.mode import REAL, Mode, modes_of
 from workbench.analysis.motor import MotorWork, motor_squares, motor_work
 from workbench.analysis.norm import Peak, peak_gain
 from workbench.analysis.power import mechanical_power, resistive_power
@@ -23,6 +23,7 @@ from workbench.analysis.setting import Setting
 from workbench.constants import GRAVITY
 from workbench.control import Gains
 from workbench.loop import Subject
+from workbench.loop.polynomial import roots_of
 from workbench.lti.signals import numbered
 from workbench.result import Result, Row, plain
 
@@ -45,7 +46,8 @@ class Analysis(Result):
     peak_gap_change : static error + 3σ of guideway and sensor noise, gap and gap_lateral, worst end [m]
     clearance : nominal gap and gap_lateral [m]
     motor : what control asks of a motor; None without one
-    cost : J = 10⁴ × six weighted mean squares in g²;  values are None where the loop is unstable
+    cost : J = 10⁴ × six weighted mean squares in g²
+    values are None where the loop is unstable or a gap filter is missing
     """
 
     problem: str
@@ -121,8 +123,10 @@ class Analysis(Result):
 def analyse(setting: Setting, gains: Gains, name: str = "") -> Analysis:
     """The exact measures of a setting under given gains.
 
-    Time constants of zero with a rate gain are refused (`loop.polynomial` gives their roots).
+    A gap filter of time constant zero with a rate gain has no finite response to noise: roots only, the rest is None.
     """
+    if unfiltered(gains):
+        return _roots_only(setting, gains, name)
     loops = [(s, s.close(gains)) for s in setting.subjects]
     poles = _in_order(np.concatenate([closed.poles() for _, closed in loops]))
     at_commands = _in_order(np.concatenate([loop_poles(*s.sensitivity(closed)[:3]) for s, closed in loops]))
@@ -142,6 +146,36 @@ def analyse(setting: Setting, gains: Gains, name: str = "") -> Analysis:
         clearance=dict(zip(("gap", "gap_lateral"), setting.clearance, strict=True)),
         control_power_w=random.power, cost=random.cost,
         motor=motor_work(setting, loops, random.motor_squares, random.motor_power),
+    )  # fmt: skip
+
+
+def unfiltered(gains: Gains) -> bool:
+    """Whether a gap's rate is taken without a filter."""
+    return any(getattr(gains, tau) == 0 != getattr(gains, K) for tau, K in (("tau_h", "K_hdot"), ("tau_hp", "K_hpdot")))
+
+
+def _roots_only(setting: Setting, gains: Gains, name: str) -> Analysis:
+    """Roots of the characteristic polynomials; they belong to no state, so the modes are called "unfiltered"."""
+    roots = np.concatenate([roots_of(setting.plant, setting.law, s.name, gains) for s in setting.subjects])
+    nothing = dict.fromkeys(("gap", "gap_lateral"))
+    blank = _Random.empty(setting)
+    modes = [
+        Mode(
+            name="unfiltered",
+            frequency_hz=float(abs(p) / (2 * np.pi)),
+            damping=float(-p.real / abs(p)),
+            pole=complex(p),
+        )
+        for p in _in_order(roots)
+        if p.imag >= -REAL * abs(p)
+    ]
+    return Analysis(
+        problem=name, gains=gains, stable=bool(roots.real.max() < 0), poles=_in_order(roots), loop_poles=np.zeros(0),
+        modes=tuple(modes), peak_sensitivity={"heave_pitch": None, "sway_roll_yaw": None},
+        rms=blank.rms, by_type=blank.by_type, sum_alpha_squared=None, static_error=nothing,
+        sensor_noise_rms={**nothing, "current": None}, peak_gap_change=nothing,
+        clearance=dict(zip(("gap", "gap_lateral"), setting.clearance, strict=True)),
+        control_power_w=blank.power, cost=None, motor=None,
     )  # fmt: skip
 
 

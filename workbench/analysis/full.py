@@ -111,7 +111,7 @@ class FullAnalysis(Result):
 def full_analysis(setting: Setting, gains: Gains, name: str = "") -> FullAnalysis:
     """The exact measures of a setting under given gains, margins included."""
     analysis = analyse(setting, gains, name)
-    if not analysis.stable:
+    if not analysis.stable or analysis.cost is None:
         return FullAnalysis(analysis=analysis, current_margins=(), modal_margins=(), disk=None, comfort=None)
     whole = _at_commands(setting, gains)
     modal, channels = _at_modal_signals(setting, gains)
