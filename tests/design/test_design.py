@@ -105,8 +105,8 @@ def test_a_looser_limit_never_costs_more(heave, heave_design):
 
 
 def test_fixed_parameters_stay_where_they_were_put(heave):
-    found = design(heave.with_fixed({"K_zddot": 0.3}), starts=2)
-    assert found.gains.K_zddot == 0.3
+    found = design(heave.with_fixed({"K_zddot": 0.1}), starts=2)
+    assert found.gains.K_zddot == 0.1
 
 
 def test_robustness_reports_the_nominal_case_as_the_analysis_does(heave, heave_design):

@@ -7,7 +7,7 @@ from workbench.analysis.analysis import analyse
 from workbench.control.gains import GAIN_NAMES, TIME_CONSTANTS, Gains
 from workbench.design.design import CENTRE, exact_peaks
 from workbench.design.measures import GAPS, GroupMeasures, static_error_function
-from workbench.design.steering import Programme
+from workbench.design.steering import Programme, direct_gain_bearing
 from workbench.export.problem import load_problem
 
 GAINS = Gains(**CENTRE)
@@ -117,3 +117,19 @@ def test_gradients_of_the_whole_programme_are_derivatives(problem):
     np.testing.assert_allclose(
         (up.constraints - down.constraints) / (2 * step), point.jacobian @ direction, rtol=1e-4, atol=1e-5
     )
+
+
+def test_the_direct_gain_is_the_loop_at_high_frequency(problem, groups):
+    for group in groups:
+        S = group.subject.sensitivity(group.subject.close(GAINS))
+        omega = 1e5
+        loop = np.linalg.inv(S[2] @ np.linalg.solve(1j * omega * np.eye(len(S[0])) - S[0], S[1]) + S[3]) - np.eye(2)
+        # L → M/(1 + jωT); the integrated signals are down by 1/(ωτ) = 1e-4 there
+        np.testing.assert_allclose((np.diag(loop) * (1 + 1j * omega * 0.01)).real, group.direct(THETA).value, atol=1e-3)
+
+
+def test_a_lagging_gain_bears_the_dead_time_it_was_chosen_for():
+    M, lag, delay = direct_gain_bearing(0.002, 0.01), 0.01, 0.002
+    crossing = np.sqrt(M**2 - 1) / lag
+    turned = np.angle(M / (1 + 1j * crossing * lag)) - crossing * delay
+    assert turned == pytest.approx(-np.pi, rel=1e-9)

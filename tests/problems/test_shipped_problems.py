@@ -1,5 +1,7 @@
 """Every shipped problem loads, names its sources, and is met by the gains last approved for it."""
 
+import control
+import numpy as np
 import pytest
 
 from workbench.analysis.analysis import analyse
@@ -7,6 +9,7 @@ from workbench.design.design import design
 from workbench.design.verdict import verdicts
 from workbench.export.problem import load_problem, shipped_problems
 from workbench.export.table import read_table
+from workbench.loop.closed import interconnect
 
 NAMES = tuple(shipped_problems())
 APPROVED = tuple(name for name, folder in shipped_problems().items() if (folder / "approved.json").is_file())
@@ -45,7 +48,8 @@ def test_the_numbers_asked_of_the_revenue_vehicle_are_these(problems):
     assert {r.name: r.limit for r in problem.requirements} == pytest.approx(
         {
             "damping ratio": 0.4, "decay rate": 0.3, "peak sensitivity": 2.0, "rms gap, front": 0.033,
-            "rms gap, rear": 0.032, "rms lateral gap, front": 0.028, "rms lateral gap, rear": 0.027,
+            "rms gap, rear": 0.032,
+            "delay margin": 0.002, "rms lateral gap, front": 0.028, "rms lateral gap, rear": 0.027,
             "sum of mean square currents": 0.0168, "static gap error from bias": 0.010,
             "static lateral gap error from bias": 0.010,
         },
@@ -111,3 +115,25 @@ def test_the_revenue_vehicle_is_designed_from_cold_starts_to_what_was_asked(prob
     found = design(problems["revenue_vehicle"], starts=4, seed=11)
     assert all(v.met for v in found.requirements)
     assert found.analysis.cost <= 34.5
+
+
+@pytest.mark.parametrize("name", [n for n in APPROVED if n != "report_1975"])
+def test_the_approved_gains_bear_the_dead_time_of_a_sampled_controller(problems, name):
+    # a millisecond of computing and half a millisecond of hold, at all commands at once, as a third-order Padé
+    problem = problems[name]
+    delay = control.pade(1.5e-3, 3)
+    late = control.ss(control.tf(*delay))
+    for s in problem.subjects:
+        k = len(s.commands)
+        A, B, C, D = (np.kron(np.eye(k), m) for m in (late.A, late.B, late.C, late.D))
+        Ac, Bc, Cc, Dc = s.controller(problem.approved)
+        whole = (
+            np.block([[Ac, np.zeros((len(Ac), len(A)))], [B @ Cc, A]]),
+            np.vstack([Bc, B @ Dc]),
+            np.hstack([D @ Cc, C]),
+            D @ Dc,
+        )
+        closed = interconnect(
+            s.plant, whole, s.commands, s.law.sensors, [f"state {i}" for i in range(len(Ac) + len(A))]
+        )
+        assert closed.poles().real.max() < 0

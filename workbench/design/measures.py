@@ -109,6 +109,7 @@ class GroupMeasures:
         self._dynamics = Buffered(ca.Function("dynamics", [theta], [ca.densify(A), slopes]))
         self._matrix = Buffered(ca.Function("state_matrix", [theta], [ca.densify(A)]))
         self.size = plant.A.shape[0] + len(subject.modal_rows)
+        self._direct = Buffered(_direct_function(subject, theta))
         self._peaks = np.zeros(0)
         self._last = (np.zeros((0, 0)), np.zeros((0, 0, 0)))
 
@@ -133,6 +134,11 @@ class GroupMeasures:
             peak = np.concatenate([peak, more[:, -1]])
             peak_slope = np.concatenate([peak_slope, more_slope[:, -1]])
         return Values(square, slope), Values(peak, peak_slope)
+
+    def direct(self, theta: np.ndarray) -> Values:
+        """Loop gain of each pattern at high frequency before the current loops, M of L → M/(1 + jωT); (k,), (k, 17)."""
+        value, slope = self._direct(theta)
+        return Values(value.ravel(), slope)
 
     def densities(self) -> dict[str, Values]:
         """Unweighted acceleration densities [(m/s²)²/Hz] at every node, (K,) and (K, 17), of the last `responses`."""
@@ -255,3 +261,13 @@ def _static_response(subject: Subject, theta, ends: tuple[int, int]):
     G = ca.DM(P[np.ix_(y, u)])
     S = ca.inv(ca.SX.eye(len(u)) - ca.mtimes(K, G))
     return ca.mtimes([ca.DM(P[np.ix_(gaps, u)]), S, K[:, 2 * n :]])
+
+
+def _direct_function(subject: Subject, theta: ca.SX) -> ca.Function:
+    """theta -> diagonal of the loop's direct gain: accelerations per current, through the law's direct gains."""
+    plant = subject.plant
+    currents = [name for name in plant.states if name.startswith("current of ")]
+    y = plant.index("outputs", subject.law.sensors)
+    felt = ca.DM(plant.C[np.ix_(y, plant.index("states", currents))])
+    gain = ca.diag(-ca.mtimes(subject.direct_gain(theta), felt)) if currents else ca.SX(0, 1)
+    return ca.Function("direct", [theta], [ca.densify(gain), ca.densify(ca.jacobian(gain, theta))])

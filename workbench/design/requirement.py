@@ -15,6 +15,7 @@ QUANTITIES = {
     "damping ratio": (">=", "1", "damping_ratio_at_least", 1.0),
     "decay rate": (">=", "1/s", "decay_rate_at_least_per_s", 1.0),
     "peak sensitivity": ("<=", "1", "peak_sensitivity_at_most", 1.0),
+    "delay margin": (">=", "s", "delay_margin_at_least_ms", 1e-3),
     "rms gap, front": ("<=", "m", "rms_gap_front_at_most_mm", 1e-3),
     "rms gap, rear": ("<=", "m", "rms_gap_rear_at_most_mm", 1e-3),
     "rms lateral gap, front": ("<=", "m", "rms_lateral_gap_front_at_most_mm", 1e-3),

@@ -30,6 +30,7 @@ SLOWEST = 4  # eigenvalues per group whose damping and decay are constrained: th
 SENSED_HZ = (0.02, 60.0)  # grid nodes at which the sensitivity is constrained; it tends to 1 outside
 STABLE_DECAY = 1e-3  # [1/s] required even where no decay rate is asked for
 PEAK_SIGMAS = 3.0
+DELAY_BACK_OFF = 1.15  # integrated signals and the other pattern shorten what the direct gain alone would bear
 MASK_BACK_OFF = 0.02  # a density between two nodes may exceed both by a per cent
 
 
@@ -76,6 +77,10 @@ class Programme:
         self._sensed = [
             (g.omega >= 2 * np.pi * SENSED_HZ[0]) & (g.omega <= 2 * np.pi * SENSED_HZ[1]) for g in self.groups
         ]
+        states = [
+            (s.plant, k) for s in problem.subjects for k, n in enumerate(s.plant.states) if n.startswith("current of")
+        ]
+        self._fastest_current = max((-plant.A[k, k] for plant, k in states), default=np.inf)
         self._known: tuple[bytes, Point] | None = None
         self.evaluations = 0
 
@@ -146,6 +151,7 @@ class Programme:
                 squares[name] = squares.get(name, 0.0) + value
                 slopes[name] = slopes.get(name, 0.0) + slope
             rows += self._pole_rows(group, theta)
+            rows += self._delay_rows(group, theta)
             if self.sensitivity_limit:
                 kept = np.concatenate(
                     [self._sensed[number], np.ones(len(peak.value) - len(self._sensed[number]), bool)]
@@ -224,6 +230,16 @@ class Programme:
             rows.append((MOTOR_CURRENT, np.array([1 - current_at_3_sigma(point, *both) / limit]), -slope / limit))
         return rows
 
+    def _delay_rows(self, group: GroupMeasures, theta: np.ndarray):
+        """Direct gain of each pattern against that at which L = M/(1 + jωT) bears just the dead time asked for."""
+        limit = self.limits.get("delay margin")
+        if not limit:
+            return []
+        lag = 1 / self._fastest_current
+        most = direct_gain_bearing(limit * DELAY_BACK_OFF, lag)
+        gain = group.direct(theta)
+        return [(f"delay margin of {group.subject.name}", 1 - gain.value / most, -gain.gradient / most)]
+
     def _mask_rows(self):
         """Acceleration densities over the ride mask, at the grid's nodes that the mask covers."""
         rows = []
@@ -263,3 +279,11 @@ class Programme:
                     (f"peak {word} change", 1 - value / limit, -(static_slope[part] + PEAK_SIGMAS * slope) / limit)
                 )
         return rows
+
+
+def direct_gain_bearing(delay: float, lag: float) -> float:
+    """The gain M at which L = M/(1 + jωT) has the given delay margin [s]: (π − atan x) T/x with x = √(M² − 1)."""
+    from scipy.optimize import brentq
+
+    x = brentq(lambda x: (np.pi - np.arctan(x)) * lag / x - delay, 1e-6, 1e6)
+    return float(np.hypot(1.0, x))

@@ -4,6 +4,7 @@ import numpy as np
 
 from workbench.analysis.analysis import Analysis
 from workbench.analysis.comfort_summary import comfort_summary
+from workbench.analysis.margin import channel_margin
 from workbench.design.problem import Problem
 from workbench.design.requirement import MOTOR_CURRENT, RIDE_MASKS, Requirement, Verdict, judge
 
@@ -12,7 +13,10 @@ def verdicts(problem: Problem, analysis: Analysis) -> tuple[Verdict, ...]:
     """One verdict per requirement; the peak sensitivity gets one per group of motion."""
     out: list[Verdict] = []
     for r in problem.requirements:
-        out += _judge_mask(r, problem, analysis) if r.name in RIDE_MASKS else _judge(r, analysis)
+        if r.name in RIDE_MASKS:
+            out += _judge_mask(r, problem, analysis)
+        else:
+            out += _judge_delay(r, problem, analysis) if r.name == "delay margin" else _judge(r, analysis)
     return tuple(out)
 
 
@@ -22,6 +26,19 @@ def _judge_mask(requirement: Requirement, problem: Problem, a: Analysis) -> list
         return [judge(requirement, None, "unstable loop")]
     value, where = comfort_summary(problem.setting, a.gains).worst_ratio(RIDE_MASKS[requirement.name])
     return [judge(requirement, value, where)]
+
+
+def _judge_delay(requirement: Requirement, problem: Problem, a: Analysis) -> list[Verdict]:
+    """The smallest dead time that one current pattern bears, the others closed; over all frequencies."""
+    if not a.stable or a.cost is None:
+        return [judge(requirement, None, "unstable loop")]
+    margins = [
+        (margin.delay, f"{s.name}, pattern {i + 1}")
+        for s in problem.subjects
+        for i in range(len(s.commands))
+        for margin in [channel_margin(*s.sensitivity(s.close(a.gains)), channel=i)]
+    ]
+    return [judge(requirement, *min(margins))]
 
 
 def _judge(requirement: Requirement, a: Analysis) -> list[Verdict]:

@@ -73,6 +73,10 @@ class Subject:
         A, B, C, D = self.law.filter_bank(theta)
         return ca.mtimes(self._resolution(theta), D - ca.mtimes(C, ca.solve(A, B)))
 
+    def direct_gain(self, theta: ca.SX) -> ca.SX:
+        """(k, 4n): pattern commands per sensor signal at infinite frequency, symbolic in the seventeen parameters."""
+        return ca.mtimes(self._resolution(theta), self.law.filter_bank(theta)[3])
+
     @property
     def _owned(self) -> np.ndarray:
         """1 for the group's channels, 0 for the others, in the order of `CHANNELS`: others measure held coordinates."""
