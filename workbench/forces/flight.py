@@ -20,6 +20,7 @@ from workbench.result import Result, Row
 HOLDS = ("current", "gap")
 SLOWEST, FASTEST = 0.1, 1e4  # [m/s]; beyond the latter the lift changes by less than 1e-3
 HIGHEST = 3.0  # [m]; a coil 3 m long keeps 1e-3 of its lift there
+NO_LIFT = 1e-300  # of the weight; what a coil without lift counts for under a logarithm
 NEAREST = 0.01  # distance of the lower coil from the floor at which the search for a trim ends [m]
 
 
@@ -191,7 +192,7 @@ def _trim_gap(speed: float, physics: str, levitation: Levitation) -> float:
     lowest = max(-levitation.coils.control_offset[2], 0.0) + NEAREST
 
     def excess(gap: float) -> float:
-        return math.log(replace(levitation, gap=gap).lift_share(speed, physics))
+        return math.log(max(replace(levitation, gap=gap).lift_share(speed, physics), NO_LIFT))
 
     most = excess(lowest)
     if most < 0:
@@ -199,5 +200,10 @@ def _trim_gap(speed: float, physics: str, levitation: Levitation) -> float:
             f"lift must reach the weight of {levitation.weight:g} N; at {speed:g} m/s it reaches "
             f"{math.exp(most):.3g} of it "
             f"at the lowest gap, {lowest:g} m. Fly faster or raise the current of {levitation.current:g} A."
+        )
+    if excess(HIGHEST) > 0:
+        raise InfeasibleError(
+            f"lift must balance the weight of {levitation.weight:g} N at some gap up to {HIGHEST:g} m; "
+            f"at {speed:g} m/s it is larger at all of them. Lower the current of {levitation.current:g} A."
         )
     return float(brentq(excess, lowest, HIGHEST, xtol=1e-10, rtol=1e-12))
