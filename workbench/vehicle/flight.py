@@ -102,7 +102,9 @@ def flight(coils: FlyingCoils, speed: float, weight: float | None = None) -> Fli
     else:
         try:
             found = level_flight(speed, coils.physics, coils.hold, levitation)
-        except InfeasibleError as error:
+        except InputError:
+            raise
+        except (InfeasibleError, ValueError, ArithmeticError) as error:  # numbers that no gap balances
             raise _below_lift_off(coils, levitation, speed) from error
         exact, gap, current = found.law, found.gap, found.current
     if gap < coils.gap_minimum:
