@@ -143,7 +143,7 @@ def lift_off_speed(gap_minimum: float, physics: str = "scaled", levitation: Levi
     at_minimum = replace(levitation, gap=gap_minimum)
 
     def excess(log_speed: float) -> float:
-        return math.log(at_minimum.lift_share(math.exp(log_speed), physics))
+        return math.log(max(at_minimum.lift_share(math.exp(log_speed), physics), NO_LIFT))
 
     low, high = math.log(SLOWEST), math.log(FASTEST)
     most = excess(high)
