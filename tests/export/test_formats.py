@@ -12,7 +12,8 @@ from scipy.linalg import expm
 from scipy.signal import cont2discrete, dlsim
 
 from workbench.control import GAIN_UNITS
-from workbench.errors import InputError
+from workbench.errors import InfeasibleError, InputError
+from workbench.export.digital import digital_check, with_sample_time
 from workbench.export.formats import FORMATS, render, suffix
 
 COMPILER = shutil.which("cc") or shutil.which("gcc")
@@ -153,11 +154,39 @@ def test_the_header_names_what_it_came_from(table):
     assert "malloc" not in text
 
 
-def test_csv_has_the_seventeen_digits_as_printed_with_their_units(table):
-    rows = list(csv.reader(StringIO(render(table, "csv").decode("utf-8"))))
-    assert rows[0] == ["name", "value", "unit"]
-    assert {name: value for name, value, _ in rows[1:]} == table.gains
-    assert {name: unit for name, _, unit in rows[1:]} == GAIN_UNITS
+def test_csv_has_the_seventeen_digits_as_printed_under_their_names_and_units(table):
+    names, units, values = csv.reader(StringIO(render(table, "csv").decode("utf-8")))
+    assert dict(zip(names, values, strict=True)) == table.gains
+    assert dict(zip(names, units, strict=True)) == GAIN_UNITS
+
+
+def test_pandas_reads_the_two_header_rows_as_names_and_units(table):
+    import pandas as pd
+
+    frame = pd.read_csv(BytesIO(render(table, "csv")), header=[0, 1])
+    assert list(frame.columns) == list(GAIN_UNITS.items())
+    assert frame.iloc[0].tolist() == list(table.to_gains().as_dict().values())
+
+
+@pytest.mark.parametrize("format", ["c", "mat"])
+def test_a_law_whose_sampled_loop_is_unstable_is_not_exported_to_a_controller(table, format):
+    slow = with_sample_time(table, 0.05)
+    with pytest.raises(InfeasibleError, match="unstable at a sample time of 50 ms with 0 ms of computing"):
+        render(slow, format)
+    with pytest.raises(InfeasibleError, match="with 40 ms of computing"):
+        render(table, format, computing_delay=0.04)
+
+
+def test_header_and_matlab_file_state_the_figures_of_the_sampled_loop(table):
+    check = digital_check(table, 2e-4)
+    text = render(table, "c", computing_delay=2e-4).decode("ascii")
+    assert "computing delay: 0.2 ms" in text
+    assert f"peak sensitivity: {check.loop.peak_sensitivity.upper:.4g}" in text
+    assert f"quantisation margin: {check.single.margin:.4g} times" in text
+    found = loadmat(BytesIO(render(table, "mat", computing_delay=2e-4)), simplify_cells=True)["check"]
+    assert found["delay_reserve"] == check.loop.delay_reserve
+    bare = table.model_copy(update={"plant": None})
+    assert "was not checked" in render(bare, "c").decode("ascii")
 
 
 def test_a_matlab_file_holds_gains_filters_and_the_sampled_law(table):

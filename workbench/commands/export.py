@@ -14,20 +14,35 @@ def export(
     out: Annotated[
         Path | None, typer.Option(help="File, or folder for a file named after the table; standard output if left out.")
     ] = None,
+    sample_time_ms: Annotated[
+        float | None, typer.Option(help="Sample time of the controller, for mat and c; the table's if left out.")
+    ] = None,
+    computing_delay_ms: Annotated[
+        float, typer.Option(help="From sampling the sensors to the new commands, in the check of mat and c.")
+    ] = 0.0,
     json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
 ) -> None:
-    """Writes the gains of a table as CSV, JSON, a MATLAB file or a C header with the discrete filters."""
+    """Writes the gains of a table as CSV, JSON, a MATLAB file or a C header with the discrete filters.
+
+    For mat and c the sampled loop with the table's vehicle is checked first; an unstable one is not exported.
+    """
     import sys
     from base64 import b64encode
 
     from workbench.commands.output import emit_json
     from workbench.errors import InputError
+    from workbench.export.digital import digital_check, with_sample_time
     from workbench.export.formats import render, suffix, write_bytes
     from workbench.export.table import read_table
 
     ending = suffix(format)
     loaded = read_table(table)
-    content = render(loaded, format)
+    digital = format in ("c", "mat")
+    if sample_time_ms is not None and not digital:
+        raise InputError(f"--sample-time-ms is for the formats mat and c; got {format!r}. Leave it out.")
+    if sample_time_ms is not None:
+        loaded = with_sample_time(loaded, 1e-3 * sample_time_ms)
+    content = render(loaded, format, computing_delay=1e-3 * computing_delay_ms)
     if out is not None:
         path = out / f"{table.stem}{ending}" if out.is_dir() else out
         write_bytes(path, content)
@@ -37,6 +52,8 @@ def export(
         )
     if json:
         document = {"format": format, "problem": loaded.problem, "digest": loaded.digest, "bytes": len(content)}
+        check = digital_check(loaded, 1e-3 * computing_delay_ms) if digital else None
+        document |= {"check": None if check is None else check.to_dict()} if digital else {}
         if out is not None:
             emit_json(document | {"path": str(path)})
         elif format == "mat":

@@ -69,6 +69,12 @@ class DiscreteLaw(Result):
         A, B = np.diag(1 - self.advance), self.advance[:, None] * self.measurement
         return A, B, both * self.memory, (both * self.direct) @ self.measurement
 
+    def to_control(self):
+        """The whole law as a python-control StateSpace in discrete time, sensors to commands."""
+        import control
+
+        return control.ss(*self.state_space(), self.sample_time)
+
     def commands(self, sensors) -> np.ndarray:
         """Commands (k, commands) for sensor samples (k, 4n), from filters at rest."""
         from scipy.signal import lfilter

@@ -1,6 +1,6 @@
 """The control law as one C99 header: no dynamic memory, no library, single or double precision.
 
-    GainTable --discretise--> coefficients --> wb_law.h:  wb_init(&state);  wb_step(&state, sensors, commands)
+    GainTable --discretise, check--> coefficients --> wb_law.h:  wb_init(&state);  wb_step(&state, sensors, commands)
 
 One step takes the sensors at t = kT and gives the commands at once. Numbers are printed so that the compiler reads the
 same doubles; -DWB_FLOAT turns every literal and variable into single precision.
@@ -14,13 +14,16 @@ import numpy as np
 from workbench.control import GAIN_UNITS
 from workbench.control.discrete import DiscreteLaw
 from workbench.control.law import CHANNELS, VERTICAL_CHANNELS
+from workbench.export.digital import digital_check
 from workbench.export.table import GainTable
+from workbench.result import figure
 
 SENSOR_UNITS = {"gap": "m", "gap_lateral": "m", "acceleration_z": "m/s^2", "acceleration_y": "m/s^2"}
 
 
-def c_header(table: GainTable) -> str:
-    """The header's text. Raises InputError where the law cannot run at the table's sample time."""
+def c_header(table: GainTable, computing_delay: float = 0.0) -> str:
+    """The header's text. Raises InputError where the law cannot run at the table's sample time, InfeasibleError where
+    the sampled loop is unstable with this computing delay [s]."""
     law, discrete = table.to_law(), table.to_discrete()
     n = law.count
     gains = [f" *   {name:<9} = {text:<12} {_ascii_unit(GAIN_UNITS[name])}" for name, text in table.gains.items()]
@@ -36,12 +39,24 @@ def c_header(table: GainTable) -> str:
         data=table.data_sha256, version=_comment(table.versions.workbench), count=n, sensors=4 * n,
         gains="\n".join(gains), order="\n".join(order), sets="\n".join(sets),
         command_count=len(law.commands), commands="\n".join(commands),
+        check=_checked(table, computing_delay),
         sample=_real(discrete.sample_time), step_error=f"{discrete.command_step_bound().max():.3g}",
         vertical=_matrix(discrete.measurement[:VERTICAL_CHANNELS, :n]),
         lateral=_matrix(discrete.measurement[VERTICAL_CHANNELS:5, n : 2 * n]),
         resolution=_matrix(discrete.resolution), filters=_filters(discrete),
         vertical_count=VERTICAL_CHANNELS, lateral_count=5 - VERTICAL_CHANNELS, channels=", ".join(CHANNELS),
     )  # fmt: skip
+
+
+def _checked(table: GainTable, computing_delay: float) -> str:
+    """Comment lines on the sampled loop."""
+    check = digital_check(table, computing_delay)
+    if check is None:
+        return " * The table holds no vehicle for this law: the sampled loop was not checked."
+    rows = [f" *   {name}: {figure(value)} {unit}".rstrip() for name, value, unit in check.rows()]
+    return "\n".join(
+        [" * Sampled loop with the table's vehicle, exact between the samples, and single precision:", *rows]
+    )
 
 
 def _real(value: float) -> str:
@@ -80,6 +95,8 @@ _TEMPLATE = """\
  * Filters: Tustin's rule without prewarping. The response of a command to a unit step of a sensor differs at no
  * sample by more than {step_error} from that of the continuous law, chiefly because the trapezoidal rule takes a
  * step half a sample early. Commands are not limited here.
+ *
+{check}
  *
  * Sensors, in this order, deviations from the nominal gap and accelerations, one of each per coil set:
 {order}

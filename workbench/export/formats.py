@@ -1,10 +1,9 @@
 """One gain table in the formats others read: JSON as it is, CSV, MATLAB, C.
 
-    csv   name,value,unit: a header row, then one row for each of the seventeen parameters, values as in the table
+    csv   a header row of names, a header row of units, the values as in the table: pandas.read_csv(…, header=[0, 1])
     mat   `export.matlab`;   c   `export.c_header`;   json   the table's own file
 
-CSV has the unit in a column of its own, not in a second header row, so that every reader of CSV gets numbers in the
-column `value` without being told to skip anything.
+What goes into a controller (mat, c) is checked first in the sampled loop with the table's vehicle (`export.digital`).
 """
 
 import csv
@@ -20,17 +19,18 @@ from workbench.export.table import GainTable, table_json
 
 
 def csv_text(table: GainTable) -> str:
-    """The seventeen parameters as name, value, unit."""
+    """The seventeen parameters in one row under their names and their units."""
     stream = StringIO()
     writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(["name", "value", "unit"])
-    writer.writerows([name, table.gains[name], GAIN_UNITS[name]] for name in GAIN_NAMES)
+    writer.writerow(GAIN_NAMES)
+    writer.writerow(GAIN_UNITS[name] for name in GAIN_NAMES)
+    writer.writerow(table.gains[name] for name in GAIN_NAMES)
     return stream.getvalue()
 
 
-_WRITERS: dict[str, tuple[str, Callable[[GainTable], str | bytes]]] = {
-    "csv": (".csv", csv_text),
-    "json": (".json", table_json),
+_WRITERS: dict[str, tuple[str, Callable[[GainTable, float], str | bytes]]] = {
+    "csv": (".csv", lambda table, delay: csv_text(table)),
+    "json": (".json", lambda table, delay: table_json(table)),
     "mat": (".mat", mat_bytes),
     "c": (".h", c_header),
 }
@@ -42,15 +42,19 @@ def suffix(format: str) -> str:
     return _writer(format)[0]
 
 
-def render(table: GainTable, format: str) -> bytes:
+def render(table: GainTable, format: str, *, computing_delay: float = 0.0) -> bytes:
     """A table in the named format: "csv", "json", "mat" or "c".
+
+    computing_delay : from sampling the sensors to the new commands [s], in the check of "mat" and "c"
 
     Raises
     ------
     InputError
         If the format is not one of them, or the law cannot run at the table's sample time ("mat" and "c").
+    InfeasibleError
+        If the sampled loop with the table's vehicle is unstable ("mat" and "c").
     """
-    content = _writer(format)[1](table)
+    content = _writer(format)[1](table, computing_delay)
     return content if isinstance(content, bytes) else content.encode("utf-8")
 
 
@@ -67,7 +71,7 @@ def write_bytes(path: Path, content: bytes) -> None:
         ) from error
 
 
-def _writer(format: str) -> tuple[str, Callable[[GainTable], str | bytes]]:
+def _writer(format: str) -> tuple[str, Callable[[GainTable, float], str | bytes]]:
     if format not in _WRITERS:
         raise unknown_name("format", str(format), _WRITERS)
     return _WRITERS[format]

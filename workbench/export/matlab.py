@@ -6,6 +6,7 @@
     continuous   A, B, C, D of the law before sampling, for 'State-Space'
     law          measurement, resolution, positions, depth, sensors, commands
     plant        A, B, C, D, states, inputs, outputs, where the table holds it
+    check        figures of the sampled loop with that plant, and of single precision (`export.digital`)
     provenance   problem, title, created, digest, data_sha256, versions
 
 Each is a struct. Commands are law.resolution times the five filtered channels; those are filters times law.measurement
@@ -17,19 +18,21 @@ from typing import Any
 
 import numpy as np
 
+from workbench.export.digital import digital_check
 from workbench.export.table import GainTable
 
 
-def mat_bytes(table: GainTable) -> bytes:
-    """The MATLAB 5 file. Raises InputError where the law cannot run at the table's sample time."""
+def mat_bytes(table: GainTable, computing_delay: float = 0.0) -> bytes:
+    """The MATLAB 5 file. Raises InputError where the law cannot run at the table's sample time, InfeasibleError where
+    the sampled loop is unstable with this computing delay [s]."""
     from scipy.io import savemat
 
     stream = BytesIO()
-    savemat(stream, mat_variables(table), long_field_names=True, oned_as="column")
+    savemat(stream, mat_variables(table, computing_delay), long_field_names=True, oned_as="column")
     return stream.getvalue()
 
 
-def mat_variables(table: GainTable) -> dict[str, dict[str, Any]]:
+def mat_variables(table: GainTable, computing_delay: float = 0.0) -> dict[str, dict[str, Any]]:
     """Variable name to struct, as the module's map lists them."""
     law, gains, sampled = table.to_law(), table.to_gains(), table.to_discrete()
     numerator, denominator = sampled.transfer_functions()
@@ -56,6 +59,14 @@ def mat_variables(table: GainTable) -> dict[str, dict[str, Any]]:
     if plant is not None:
         names = {kind: _cells(getattr(plant, kind)) for kind in ("states", "inputs", "outputs")}
         variables["plant"] = {k: getattr(plant, k) for k in "ABCD"} | names
+    check = digital_check(table, computing_delay)
+    if check is not None and check.loop.peak_sensitivity is not None:
+        variables["check"] = {
+            "computing_delay": computing_delay, "poles": check.loop.poles, "damping": check.loop.damping,
+            "decay": check.loop.decay, "peak_sensitivity": check.loop.peak_sensitivity.upper,
+            "delay_reserve": check.loop.delay_reserve, "quantisation_margin": check.single.margin,
+            "dead_band": check.single.dead_band,
+        }  # fmt: skip
     return variables
 
 

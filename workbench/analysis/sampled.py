@@ -1,0 +1,193 @@
+"""The closed loop as a digital controller closes it: exact between the samples, with the time the computer needs.
+
+    sensors at t = kT --DiscreteLaw--> commands, held from kT + delay on --Plant--> sensors at (k+1)T
+
+The plant is advanced by the matrix exponential, so nothing is approximated: poles are those of the map from one sample
+to the next. Poles z are shown as s = ln(z)/T, the continuous modes that pass through the same samples.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from workbench.analysis.norm import Peak, peak_gain
+from workbench.control.discrete import DiscreteLaw
+from workbench.errors import InputError
+from workbench.lti import Plant
+from workbench.result import Result, Row
+
+MOST_DELAY = 50  # samples; beyond, the delay line is longer than any loop here bears
+BISECTIONS = 30  # of a delay: to 1e-9 of the interval
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class SampledLoop(Result):
+    """A sampled closed loop at one sample time and one computing delay.
+
+    poles : (n,) eigenvalues of the map from one sample to the next [1]
+    damping, decay : smallest damping ratio [1] and decay rate [1/s] of ln(poles)/T; None if unstable
+    peak_sensitivity : of (I + L)⁻¹ at the commands, seen at the samples; None if unstable
+    delay_reserve : how much longer the computing delay may become before the loop loses stability [s]; 0 if unstable
+    """
+
+    sample_time: float
+    computing_delay: float
+    stable: bool
+    poles: np.ndarray
+    damping: float | None
+    decay: float | None
+    peak_sensitivity: Peak | None
+    delay_reserve: float
+
+    def rows(self) -> list[Row]:
+        peak = self.peak_sensitivity
+        return [
+            ("sample time", 1e3 * self.sample_time, "ms"),
+            ("computing delay", 1e3 * self.computing_delay, "ms"),
+            ("stable", self.stable, ""),
+            ("smallest damping ratio", self.damping, ""),
+            ("slowest decay", self.decay, "1/s"),
+            ("peak sensitivity", None if peak is None else peak.upper, ""),
+            ("delay reserve", 1e3 * self.delay_reserve, "ms"),
+        ]
+
+
+def sampled_loop(
+    plant: Plant, law: DiscreteLaw, commands, sensors, *, computing_delay: float = 0.0, reserve: bool = True
+) -> SampledLoop:
+    """The exact sampled-data loop of a plant and a sampled law.
+
+    Parameters
+    ----------
+    commands, sensors : names of the plant's inputs and outputs in the order the law takes them
+    computing_delay : time from sampling the sensors to the new commands [s], 0 or more
+    reserve : whether to search the delay at which stability is lost
+
+    Raises
+    ------
+    InputError
+        If the delay is negative or longer than `MOST_DELAY` samples, or names are not the plant's.
+
+    Source: Åström & Wittenmark, Computer-Controlled Systems, sampling a system with a time delay.
+    """
+    T = law.sample_time
+    if not 0 <= computing_delay <= MOST_DELAY * T:
+        raise InputError(
+            f"the computing delay must lie between 0 and {MOST_DELAY} samples, {1e3 * MOST_DELAY * T:g} ms; "
+            f"got {1e3 * computing_delay:g} ms. Sample more slowly, or compute faster."
+        )
+    seen = plant.select(inputs=commands, outputs=sensors)
+    closed = _closed(_sampled(seen, T, computing_delay), moving(law))
+    poles = np.linalg.eigvals(closed[0])
+    if np.abs(poles).max() >= 1:
+        return SampledLoop(
+            sample_time=T, computing_delay=computing_delay, stable=False, poles=poles,
+            damping=None, decay=None, peak_sensitivity=None, delay_reserve=0.0,
+        )  # fmt: skip
+    # a pole at z = 0 is a delay that has passed: it decays at once and has no damping ratio
+    lasting = poles[np.abs(poles) > 1e-12]
+    s = np.log(lasting) / T
+    return SampledLoop(
+        sample_time=T, computing_delay=computing_delay, stable=True, poles=poles,
+        damping=float(np.min(-s.real / np.abs(s))), decay=float(np.min(-s.real)),
+        peak_sensitivity=sampled_peak(*closed, T),
+        delay_reserve=_reserve(seen, law, computing_delay) if reserve else 0.0,
+    )  # fmt: skip
+
+
+def moving(law: DiscreteLaw) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """(A, B, C, D) of a sampled law without the filters that are not needed, whose states would never move."""
+    A, B, C, D = law.state_space()
+    kept = np.flatnonzero(law.advance)
+    return A[np.ix_(kept, kept)], B[kept], C[:, kept], D
+
+
+def closed_map(plant: Plant, law: DiscreteLaw, commands, sensors, computing_delay: float = 0.0):
+    """(A, B, C, D) from sample to sample of the closed loop, from command errors to the sensors the law reads."""
+    A, B, C = _sampled(plant.select(inputs=commands, outputs=sensors), law.sample_time, computing_delay)
+    closed_A, closed_B, *_ = _closed((A, B, C), moving(law))
+    seen = np.hstack([C, np.zeros((len(C), len(closed_A) - len(A)))])
+    return closed_A, closed_B, seen, np.zeros((len(C), B.shape[1]))
+
+
+def sampled_peak(A, B, C, D, sample_time: float) -> Peak:
+    """The largest gain of a stable discrete-time system over all frequencies up to half the sampling rate.
+
+    The bilinear map z = (1 + w)/(1 − w) takes the unit circle to the imaginary axis and keeps the gain, so the
+    certified bracket of the continuous case holds.
+    """
+    peak = peak_gain(*bilinear(A, B, C, D))
+    return replace(peak, frequency=float(2 / sample_time * np.arctan(peak.frequency)))
+
+
+def bilinear(A, B, C, D) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """(A, B, C, D) in w of a system in z = (1 + w)/(1 − w); A must not have the eigenvalue −1."""
+    A, B, C, D = (np.asarray(matrix, float) for matrix in (A, B, C, D))
+    E = np.linalg.inv(np.eye(len(A)) + A)
+    root = np.sqrt(2.0)
+    return E @ (A - np.eye(len(A))), root * E @ B, root * C @ E, D - C @ E @ B
+
+
+def _sampled(plant: Plant, T: float, delay: float):
+    """(A, B, C) from new commands to sensors, from sample to sample; states: the plant's, then commands on their way.
+
+    Of a delay of n samples and a part of one, the commands in force change from u[k−n−1] to u[k−n] within the sample.
+    Sensors are read before the commands of the same moment act.
+    """
+    n, m = plant.B.shape
+    whole = int(np.floor(delay / T * (1 + 1e-12)))
+    part = max(delay - whole * T, 0.0)
+    advance, early = _held(plant, part)  # under the older command
+    rest, late = _held(plant, T - part)  # under the newer one
+    waiting = whole + 1  # u[k−1] … u[k−whole−1]
+    A = np.zeros((n + waiting * m, n + waiting * m))
+    B = np.zeros((n + waiting * m, m))
+    A[:n, :n] = rest @ advance
+    A[:n, n + whole * m :] = rest @ early
+    if whole:
+        A[:n, n + (whole - 1) * m : n + whole * m] = late
+        A[n + m :, n : n + whole * m] = np.eye(whole * m)
+    else:
+        B[:n] = late
+    B[n : n + m] = np.eye(m)
+    C = np.hstack([plant.C, np.zeros((len(plant.C), whole * m)), plant.D])
+    return A, B, C
+
+
+def _held(plant: Plant, time: float) -> tuple[np.ndarray, np.ndarray]:
+    """State after a time, from the state and from constant inputs."""
+    from scipy.linalg import expm
+
+    n, m = plant.B.shape
+    both = expm(np.block([[plant.A, plant.B], [np.zeros((m, n + m))]]) * time)
+    return both[:n, :n], both[:n, n:]
+
+
+def _closed(plant, law):
+    """(A, B, C, D) of the loop from command errors to commands."""
+    A, B, C = plant
+    a, b, c, d = law
+    return (
+        np.block([[A + B @ d @ C, B @ c], [b @ C, a]]),
+        np.vstack([B, np.zeros((len(a), B.shape[1]))]),
+        np.hstack([d @ C, c]),
+        np.eye(B.shape[1]),
+    )
+
+
+def _reserve(plant: Plant, law: DiscreteLaw, delay: float) -> float:
+    """From a stable delay to the nearest one, on a grid of half samples and then by bisection, that is not."""
+
+    def stable(value: float) -> bool:
+        A, *_ = _closed(_sampled(plant, law.sample_time, value), moving(law))
+        return bool(np.abs(np.linalg.eigvals(A)).max() < 1)
+
+    low = high = delay
+    while stable(high):
+        low, high = high, high + law.sample_time / 2
+        if high > MOST_DELAY * law.sample_time:
+            return low - delay
+    for _ in range(BISECTIONS):
+        middle = (low + high) / 2
+        low, high = (middle, high) if stable(middle) else (low, middle)
+    return low - delay
