@@ -121,12 +121,13 @@ def responder(A, B, C, D) -> Callable[[np.ndarray], np.ndarray]:
     response of matrices that differ from the balanced ones by a small multiple of n ε ‖A‖.
     """
     from scipy.linalg import schur
+    from scipy.linalg.lapack import ztrtrs
 
     A, B, C, D = balanced(A, B, C, D)
     n, m, p = len(A), B.shape[1], len(C)
     if n:
         T, U, *_ = schur(A, output="complex")
-        left, right = C @ U, U.conj().T @ B
+        left, right, above = C @ U, U.conj().T @ B, np.triu(T, 1)
 
     def response(omega: np.ndarray) -> np.ndarray:
         answer = np.broadcast_to(D.astype(complex), (len(omega), p, m)).copy()
@@ -140,6 +141,10 @@ def responder(A, B, C, D) -> Callable[[np.ndarray], np.ndarray]:
             raise InputError(
                 f"omega must avoid the poles on the imaginary axis; got {float(at)!r} rad/s. Move it or add damping."
             )
+        if len(s) == 1:  # root searches ask one frequency at a time: LAPACK's back-substitution, five times as quick
+            x, _ = ztrtrs(np.diag(pivots[:, 0]) - above, right)
+            answer[finite] += left @ x
+            return answer
         inverse = 1 / pivots
         x = np.empty((n, m * len(s)), dtype=complex)
         for i in reversed(range(n)):

@@ -1,12 +1,12 @@
 """What sensor errors do to the gaps: a constant bias of the accelerometers, white noise of all sensors.
 
-bias --DC gain, worst signs--> static gap change;   noise --H2 norm--> rms gap and current
+bias --DC gain, worst signs--> static gap change;   noise --Lyapunov equation--> rms gap and current
 """
 
 import numpy as np
 
-from workbench.analysis.norm import h2_norm
 from workbench.analysis.setting import Setting
+from workbench.analysis.variance import stationary
 from workbench.loop import Subject
 from workbench.lti import Plant
 from workbench.lti.signals import numbered
@@ -38,22 +38,20 @@ def noise_rms(setting: Setting, loops: Loops) -> dict[str, float | None]:
     """
     n = setting.law.count
     gap, acceleration = setting.sensor_noise
-    density = np.repeat([gap, gap, acceleration, acceleration], n)
+    # a one-sided density S per hertz is white noise of two-sided intensity S²/2
+    density = np.repeat([gap, gap, acceleration, acceleration], n) / np.sqrt(2.0)
     inputs = [f"error_{name}" for name in setting.law.sensors]
-    out: dict[str, float | None] = {}
-    for kind in ("gap", "gap_lateral", "current"):
-        if _absent(kind, loops):
-            out[kind] = None
-            continue
-        squares, finite = np.zeros(n), True
-        for _, closed in loops:
-            seen = closed.select(inputs=inputs, outputs=numbered(kind, n))
-            finite &= not (seen.D * density).any()
-            # a one-sided density S per hertz is white noise of two-sided intensity S²/2
-            B = seen.B * density / np.sqrt(2.0)
-            squares += [h2_norm(seen.A, B, row[None, :]) ** 2 if B.any() else 0.0 for row in seen.C]
-        out[kind] = float(np.sqrt(squares.max())) if finite else None
-    return out
+    squares = {kind: np.zeros(n) for kind in ("gap", "gap_lateral", "current")}
+    for _, closed in loops:
+        seen = closed.select(inputs=inputs)
+        B = seen.B * density
+        state = stationary(seen.A, B, correlation=np.eye(len(density))) if B.any() else None
+        for kind, total in squares.items():
+            rows = seen.index("outputs", numbered(kind, n))
+            direct = (seen.D[rows] * density).any()
+            total += np.inf if direct else 0.0 if state is None else state.mean_squares(seen.C[rows])[0]
+    rms = {kind: float(np.sqrt(max(total.max(), 0.0))) for kind, total in squares.items()}
+    return {kind: None if _absent(kind, loops) or np.isinf(value) else value for kind, value in rms.items()}
 
 
 def _absent(kind: str, loops: Loops) -> bool:
