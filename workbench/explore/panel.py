@@ -1,0 +1,187 @@
+"""The explorer's panel: sliders, buttons and tables around a `Session`, in Jupyter.
+
+    slider --observe--> Session.set --> picture, tables.   Keyboard: Tab to a slider, arrow keys move it.
+
+Gains move by ±100 % around the value they had when the panel was opened (or re-centred), time constants by a factor of
+ten; a number typed beside a slider may be any that the law takes.
+"""
+
+from collections.abc import Callable
+from html import escape
+from pathlib import Path
+
+from workbench.control.gains import GAIN_UNITS, TIME_CONSTANTS, Gains
+from workbench.design.problem import Problem
+from workbench.errors import InfeasibleError, InputError
+from workbench.explore.picture import Picture
+from workbench.explore.session import FACTORS, Session
+from workbench.export.report_style import table_block
+
+GROUPS = {
+    "vertical filters": ("K_h", "K_hdot", "tau_h", "K_zddot", "K_zdot", "tau_z"),
+    "lateral filters": ("K_hp", "K_hpdot", "tau_hp", "K_yddot", "K_ydot", "tau_y"),
+    "modal gains": ("K_heave", "K_pitch", "K_sway", "K_roll", "K_yaw"),
+    "operating point": tuple(FACTORS),
+}
+SMALL = 0.1  # half range of a slider whose gain is zero
+STYLE = (
+    "<style>.wb-explore table{font-size:12px;line-height:1.25}"
+    ".wb-explore td,.wb-explore th{padding:1px 6px;text-align:right}"
+    ".wb-explore th:first-child{text-align:left;font-weight:normal}</style>"
+)
+
+
+class Explorer:
+    """The panel. `explorer.session` holds gains and pins; displaying the explorer shows the panel.
+
+    Parameters
+    ----------
+    problem : Problem
+    gains : Gains, optional
+        The problem's approved ones if left out.
+    state : path, optional
+        A file that keeps gains, operating point and pins; read if it exists, written after every change.
+    """
+
+    def __init__(self, problem: Problem, gains: Gains | None = None, *, state: Path | str | None = None) -> None:
+        import ipywidgets as w
+
+        self.session = Session(problem, gains)
+        self._state = None if state is None else Path(state)
+        if self._state is not None and self._state.exists():
+            self.session.load(self._state)
+        self._picture, self._quiet = Picture(), False
+        self.sliders = {name: self._slider(w, name) for names in GROUPS.values() for name in names}
+        self.image = w.Image(format="png", layout=w.Layout(width="100%", max_width="960px"))
+        self.verdict, self.table = w.HTML(), w.HTML()
+        self.name = w.Text(placeholder="name of the design", layout=w.Layout(width="13em"))
+        self.behind = w.Dropdown(options=["–"], description="behind", layout=w.Layout(width="15em"))
+        self.file = w.Text(value="gains.json", description="file", layout=w.Layout(width="18em"))
+        actions: dict[str, tuple[str, Callable[[], str | None]]] = {
+            "optimise from here": ("Best gains near these, at this operating point", self._optimise),
+            "pin this design": ("Keep it for comparison", self._pin),
+            "unpin": ("Forget the design named", self._unpin),
+            "undo": ("Back to the gains before", self._undo),
+            "approved gains": ("Back to where the exploration began", self._restart),
+            "export table": ("Write the gain table of this design", self._export),
+        }
+        self.buttons = {}
+        for label, (tip, action) in actions.items():
+            self.buttons[label] = w.Button(description=label, tooltip=tip, layout=w.Layout(width="auto"))
+            self.buttons[label].on_click(lambda _, act=action: self._do(act))
+        self.behind.observe(lambda _: self._show(), "value")
+        self._start = self.session.gains
+        titles = list(GROUPS)
+        boxes = [w.VBox([self.sliders[name] for name in GROUPS[title]]) for title in titles]
+        accordion = w.Accordion(children=boxes, titles=titles, selected_index=0, layout=w.Layout(width="370px"))
+        b = self.buttons
+        self.panel = w.VBox(
+            [
+                w.HTML(STYLE),
+                self.verdict,
+                w.HBox([accordion, w.VBox([self.image], layout=w.Layout(flex="1"))]),
+                w.HBox([b["optimise from here"], b["undo"], b["approved gains"], self.name, b["pin this design"],
+                        b["unpin"], self.behind, self.file, b["export table"]], layout=w.Layout(flex_flow="row wrap")),
+                self.table,
+            ]
+        )  # fmt: skip
+        self.panel.add_class("wb-explore")
+        self._list_pins()
+        self._show()
+
+    def _repr_mimebundle_(self, **options):
+        return self.panel._repr_mimebundle_(**options)
+
+    def _slider(self, w, name: str):
+        value = self.session.factors[name] if name in FACTORS else getattr(self.session.gains, name)
+        unit = GAIN_UNITS.get(name, "× nominal")
+        shown = {"description": name, "continuous_update": True, "readout_format": ".4g"}
+        shown |= {"layout": w.Layout(width="340px"), "tooltip": f"{name} [{unit}]"}
+        if name in FACTORS:
+            low, high = FACTORS[name]
+            slider = w.FloatSlider(value=value, min=low, max=high, step=0.01, **shown)
+        elif name in TIME_CONSTANTS and value > 0:
+            low, high = _decade(value)
+            slider = w.FloatLogSlider(value=value, base=10, min=low, max=high, step=0.01, **shown)
+        else:
+            half = abs(value) or SMALL
+            slider = w.FloatSlider(value=value, min=value - half, max=value + half, step=half / 100, **shown)
+        slider.observe(lambda change: self._moved(name, change["new"]), "value")
+        return slider
+
+    def _moved(self, name: str, value: float) -> None:
+        if self._quiet:
+            return
+        move = self.session.vary if name in FACTORS else self.session.set
+        self._do(lambda: move(**{name: float(value)}), place=False)
+
+    def _do(self, action: Callable[[], str | None], place: bool = True) -> None:
+        """An action with its answer in words; a refusal is shown, not raised."""
+        try:
+            said = action()
+        except (InputError, InfeasibleError) as error:
+            self._show(f'<span style="color:#b0281f">{escape(str(error))}</span>')
+            return
+        if place:
+            self._place()
+        if self._state is not None:
+            self.session.save(self._state)
+        self._show(escape(said or ""))
+
+    def _place(self) -> None:
+        """Puts the sliders where the session is."""
+        self._quiet = True
+        for name, slider in self.sliders.items():
+            value = self.session.factors[name] if name in FACTORS else getattr(self.session.gains, name)
+            if name in TIME_CONSTANTS and value > 0:
+                low, high = _decade(value)
+                slider.min, slider.max = min(slider.min, low), max(slider.max, high)
+            else:
+                slider.min, slider.max = min(slider.min, value), max(slider.max, value)
+            slider.value = value
+        self._quiet = False
+        self._list_pins()
+
+    def _list_pins(self) -> None:
+        chosen = self.behind.value
+        self.behind.options = ["–", *self.session.pins]
+        self.behind.value = chosen if chosen in self.behind.options else "–"
+
+    def _show(self, said: str = "") -> None:
+        shot = self.session.snapshot
+        pinned = self.session.pins.get(self.behind.value)
+        self.image.value = self._picture.png(shot, None if pinned is None else pinned.shot)
+        word, colour = ("all requirements met", "#2b7a4b") if shot.met else ("not every requirement met", "#b0281f")
+        if not shot.analysis.stable:
+            word = "unstable"
+        self.verdict.value = (
+            f"<b>{escape(self.session.problem.title)}</b> · <b style='color:{colour}'>{word}</b> {said}"
+        )
+        heads, rows = self.session.comparison()
+        self.table.value = table_block(heads, rows)
+
+    def _optimise(self) -> str:
+        self.session.optimise()
+        return f"optimised: cost J = {self.session.snapshot.analysis.cost:.4g}"
+
+    def _pin(self) -> str:
+        return f"pinned as {self.session.pin(self.name.value).name}"
+
+    def _unpin(self) -> None:
+        self.session.unpin(self.name.value)
+
+    def _undo(self) -> None:
+        self.session.undo()
+
+    def _restart(self) -> None:
+        self.session.set(**self._start.as_dict())
+
+    def _export(self) -> str:
+        return f"wrote {self.session.write_table(self.file.value)}"
+
+
+def _decade(value: float) -> tuple[float, float]:
+    """Exponents half a decade below and above a time constant."""
+    from math import log10
+
+    return log10(value) - 0.5, log10(value) + 0.5
