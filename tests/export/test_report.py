@@ -8,14 +8,20 @@ from html.parser import HTMLParser
 
 import pytest
 
+from workbench.control import Gains
 from workbench.design.robustness import Case
 from workbench.design.tradeoff import TradeOff
 from workbench.errors import InputError
 from workbench.export.report import report_html, write_report
 
 VOID = {"meta", "br", "hr", "img", "input", "link"}
+LOOSE = Gains(
+    K_h=-0.9, K_hdot=0.32547, tau_h=0.399399, K_hp=0.366128, K_hpdot=0.632934, tau_hp=0.105972,
+    K_zddot=0.16238, K_zdot=0.328058, tau_z=0.841518, K_yddot=-0.156948, K_ydot=1.1661, tau_y=0.209657,
+    K_heave=1.0, K_pitch=0.975784, K_sway=1.0, K_roll=2.21167, K_yaw=0.470042,
+)  # fmt: skip
 CURVE = TradeOff(
-    quantity="rms gap, front", unit="m", limits=(0.04, 0.033, 0.02), costs=(33.0, 34.1, None), gains=(None,) * 3
+    quantity="rms gap, front", unit="m", limits=(0.04, 0.033, 0.02), costs=(33.0, 34.1, None), gains=(LOOSE, None, None)
 )
 CASES = {
     "cases": [
@@ -98,6 +104,14 @@ def test_every_figure_has_a_caption_and_numbers_and_says_what_it_is(page):
     assert page.tags["details"] == page.tags["figure"]  # the modes stand open beside their figure; the sources fold too
     labels = [v for tag, k, v in page.attributes if (tag, k) == ("svg", "aria-label")]
     assert len(set(labels)) == page.tags["svg"]
+
+
+def test_a_point_of_the_trade_off_refers_to_the_gains_behind_it_and_one_without_gains_to_nothing(html):
+    assert html.count('<a xlink:href="#trade-off-pick-0">') == 1
+    assert "<title>rms gap, front at 0.04: cost 33</title>" in html
+    assert "trade-off-pick-1" not in html
+    picked = html[html.index('id="trade-off-pick-0"') :]
+    assert "<td>-0.9</td>" in picked[: picked.index("</div></div>")]
 
 
 def test_the_sections_are_all_there_in_order(html):

@@ -15,6 +15,7 @@ from workbench.analysis.comfort import Mask, boundary, worst_ratio
 from workbench.analysis.loop_curve import LoopCurve, loop_curves
 from workbench.analysis.spectra import Spectra, response_spectra
 from workbench.constants import GRAVITY
+from workbench.control import GAIN_UNITS
 from workbench.design.design import Design
 from workbench.design.tradeoff import TradeOff
 from workbench.export.report_style import figure_block, svg_figure, table_block
@@ -104,16 +105,42 @@ def trade_off_figures(design: Design, curve: TradeOff | None) -> list[str]:
     own = [v for v in design.requirements if v.name == curve.quantity and v.value is not None]
     chosen = (own[0].limit, design.analysis.cost) if own and design.analysis.cost is not None else None
     svg = svg_figure(
-        lambda ax: plot_tradeoff(curve, chosen=chosen, ax=ax),
+        lambda ax: plot_tradeoff(curve, chosen=chosen, link="#pick-{}", ax=ax),
         "trade-off",
         f"Ride cost over the limit of {curve.quantity}",
     )
+    picks = [
+        (k, limit, cost, gains)
+        for k, (limit, cost, gains) in enumerate(zip(curve.limits, curve.costs, curve.gains, strict=True))
+        if cost is not None and gains is not None
+    ]
+    for k, limit, cost, _ in picks:
+        link = f'<a xlink:href="#trade-off-pick-{k}">'
+        words = f"{curve.quantity} at {digits(limit)}: cost {digits(cost)}"
+        svg = svg.replace(link, f"{link}<title>{escape(words)}</title>")
     rows = [
         [digits(limit), "no design found" if cost is None else digits(cost)]
         for limit, cost in zip(curve.limits, curve.costs, strict=True)
     ]
     caption = f"Least ride cost found for each limit of '{curve.quantity}', every other requirement as it is."
-    return [figure_block(svg, caption, [f"limit [{curve.unit}]", "cost J"], rows)]
+    return [
+        figure_block(svg, caption, [f"limit [{curve.unit}]", "cost J"], rows),
+        *([_picks(curve, picks)] if picks else []),
+    ]
+
+
+def _picks(curve: TradeOff, picks) -> str:
+    """The gains behind each point of a trade-off, shown when the point is picked: a link's target, without a script."""
+    unit = "" if curve.unit == "1" else f" {curve.unit}"
+    links = " · ".join(f'<a href="#trade-off-pick-{k}">{digits(limit)}{unit}</a>' for k, limit, _, _ in picks)
+    shown = "".join(
+        f'<div class="pick" id="trade-off-pick-{k}" tabindex="-1">'
+        f"<h3>{escape(curve.quantity)} at {digits(limit)}{unit}: cost J = {digits(cost)}</h3>"
+        + table_block(["gain", "value", "unit"], [[n, repr(v), GAIN_UNITS[n]] for n, v in gains.as_dict().items()])
+        + "</div>"
+        for k, limit, cost, gains in picks
+    )
+    return f'<div class="picks"><p class="quiet">Pick a point, or a limit, to see its gains: {links}</p>{shown}</div>'
 
 
 def _spectrum(spectra: Spectra, quantity: str, draw: Callable[[Any], Any], caption: str, unit: str) -> str:

@@ -68,7 +68,7 @@ def svg_figure(draw: Callable[[Any], Any], name: str, label: str, *, size: tuple
     svg = re.sub(r'(<svg[^>]*?) height="[^"]*"', r"\1", svg, count=1)
     svg = re.sub(r'\bid="', f'id="{name}-', svg)
     svg = re.sub(r'href="#', f'href="#{name}-', svg)
-    svg = svg.replace("url(#", f"url(#{name}-")
+    svg = svg.replace("url(#", f"url(#{name}-").replace(' target="_blank"', "")  # links lead within the page
     for variable, (light, _) in PALETTE.items():
         svg = svg.replace(light, f"var({variable})")
     svg = svg.replace("#000000", "var(--ink)")  # black of a picture that chooses its own
@@ -135,8 +135,11 @@ figure svg{display:block;width:100%;height:auto;max-width:40rem}
 figcaption{margin:.2rem 0 .3rem}
 summary{cursor:pointer}
 details table{font-size:.8rem}
+.pick{display:none}.pick:target{display:block}
+.pick h3{font-size:1rem;margin:.4rem 0}.picks a{color:var(--series-0)}
+figure svg a:hover,figure svg a:focus{outline:none;filter:brightness(.6)}
 .mono{font-family:ui-monospace,Menlo,Consolas,monospace;font-size:.85rem;overflow-wrap:anywhere}
 @media (max-width:40rem){table{font-size:.82rem}.bar{display:none}th,td{padding-right:.55rem}}
 @media print{body{max-width:none;padding:0;font-size:10pt}.figures{grid-template-columns:1fr 1fr}
-figure,tr,.tile{break-inside:avoid}h2{break-after:avoid}figure details{display:none}.wide{overflow:visible}}
+figure,tr,.tile{break-inside:avoid}h2{break-after:avoid}figure details,.picks{display:none}.wide{overflow:visible}}
 """

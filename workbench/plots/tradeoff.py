@@ -6,12 +6,17 @@ from workbench.errors import InputError
 SCALES = {"m": ("mm", 1e3)}  # units that read better in a picture
 
 
-def plot_tradeoff(curve: TradeOff, *, chosen: tuple[float, float] | None = None, ax=None):
+def plot_tradeoff(curve: TradeOff, *, chosen: tuple[float, float] | None = None, link: str = "", ax=None):
     """Best cost J over the limit of one quantity; limits without a design are marked on the axis; returns the Axes.
 
     chosen : (limit or value [SI], cost) of a design to mark
+    link : address that the designs' points refer to in an SVG, with {} for the number among the curve's limits
     """
-    pairs = sorted((limit, cost) for limit, cost in zip(curve.limits, curve.costs, strict=True) if cost is not None)
+    pairs = sorted(
+        (limit, cost, number)
+        for number, (limit, cost) in enumerate(zip(curve.limits, curve.costs, strict=True))
+        if cost is not None
+    )
     if not pairs:
         raise InputError(
             f"a trade-off needs at least one limit with a design; none of {len(curve.limits)} has one. Widen them."
@@ -21,8 +26,11 @@ def plot_tradeoff(curve: TradeOff, *, chosen: tuple[float, float] | None = None,
 
         ax = plt.subplots()[1]
     unit, factor = SCALES.get(curve.unit, (curve.unit, 1.0))
-    x, y = zip(*pairs, strict=True)
+    x, y, numbers = zip(*pairs, strict=True)
     ax.plot([factor * v for v in x], y, "o-", label="best design found")
+    if link:
+        points = ax.scatter([factor * v for v in x], y, s=130, alpha=0.25, zorder=3, color="C0")
+        points.set_urls([link.format(k) if curve.gains[k] is not None else None for k in numbers])
     failed = [factor * limit for limit, cost in zip(curve.limits, curve.costs, strict=True) if cost is None]
     if failed:
         ax.plot(failed, [min(y)] * len(failed), "x", color="C3", label="no design found")
