@@ -4,6 +4,7 @@ import json
 import tempfile
 from pathlib import Path
 
+import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -66,9 +67,23 @@ def attempt(work):
     return None
 
 
+FILES = given(name=st.sampled_from(sorted(DATA)), changes=CHANGES)
+
+
 @MANY
-@given(name=st.sampled_from(sorted(DATA)), changes=CHANGES)
+@FILES
 def test_a_changed_data_file_loads_or_is_refused_in_one_sentence(name, changes):
+    loads_or_is_refused(name, changes)
+
+
+@pytest.mark.slow
+@settings(MANY, max_examples=2000)
+@FILES
+def test_thousands_of_changed_data_files_load_or_are_refused(name, changes):
+    loads_or_is_refused(name, changes)
+
+
+def loads_or_is_refused(name, changes):
     with tempfile.TemporaryDirectory() as folder:
         (Path(folder) / "data.toml").write_text(changed(DATA[name], changes), "utf-8")
         assert isinstance(attempt(lambda: load_problem(folder)), Problem | None)
