@@ -1,0 +1,104 @@
+"""A closed-loop channel: what one sees at some points of a loop when one pushes at others, and its gradients.
+
+K ──► system (A, B, C, D) ──► poles, H₂, H∞          gradient with respect to these ──► with respect to K
+K ──► response T(jω), dead times exact               gradient Re Σ conj(W)·T        ──► with respect to K
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from workbench.analysis.realisation import Realisation
+from workbench.tuning.channel_fraction import Closed, Fraction, pulled_back
+from workbench.tuning.loop_delay import LinedSystem, resolved, response
+from workbench.tuning.structure import Controller
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Channel:
+    """The map from `inputs` to `outputs` of a loop with some points open, as a function of the controller.
+
+    inputs, outputs : names of points and of signed sums; see `loop`
+    openings : points that are open
+    sample_time : [s], or None for continuous time
+    delayed : whether `system` holds Padé fractions for dead times; `response` is exact all the same
+    """
+
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+    openings: tuple[str, ...]
+    sample_time: float | None
+    delayed: bool
+    rational: Fraction  # without lines
+    exact: Fraction  # with a line for each dead time behind the states
+    lines: LinedSystem  # whose symbols belong to `exact`
+    _last: dict[bool, tuple[Controller, Closed]] = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "_last", {})
+
+    def __reduce__(self):
+        given = (self.inputs, self.outputs, self.openings, self.sample_time, self.delayed)
+        return Channel, (*given, self.rational, self.exact, self.lines)
+
+    def __repr__(self) -> str:
+        opened = f", {', '.join(self.openings)} open" if self.openings else ""
+        return f"<Channel: {', '.join(self.inputs)} → {', '.join(self.outputs)}{opened}>"
+
+    def system(self, K: Controller) -> Realisation:
+        """(A, B, C, D) of the channel under K, nothing cancelled: the plant's states, then the controller's.
+
+        Continuous dead times are Padé fractions of the model's order, sampled ones exact chains of states.
+        Raises InputError where K closes an algebraic loop without solution.
+        """
+        closed = self._closed(K, exact=False)
+        return Realisation(closed.A, closed.B, closed.C, closed.D)
+
+    def system_pullback(self, K: Controller, GA, GB, GC, GD) -> Controller:
+        """Gradient with respect to K of a scalar with gradients GA … GD with respect to the matrices of `system(K)`."""
+        return pulled_back(self._closed(K, exact=False), K, GA, GB, GC, GD)
+
+    def response(self, K: Controller, omega) -> np.ndarray:
+        """T (k, p, m) complex at (k,) [rad/s], dead times exact; at z = exp(jωh) if sampled.
+
+        Raises InputError where K closes an algebraic loop without solution, and for a frequency on a pole.
+        """
+        omega = np.atleast_1d(np.asarray(omega, float))
+        A, B, C, D, *_ = self._closed(K, exact=True)
+        plain = self.sample_time is None and not self.delayed
+        return response(A, B, C, D, lambda at: self.lines.symbols(at, K.order), omega, plain=plain)
+
+    def response_pullback(self, K: Controller, omega, W) -> Controller:
+        """Gradient with respect to K of Re Σ conj(W)·T, T = `response(K, omega)` and W (k, p, m) held.
+
+        So with W = u vᴴ of the largest singular value the gradient of that value, where it is simple.
+        """
+        omega = np.atleast_1d(np.asarray(omega, float))
+        W = np.asarray(W, complex).reshape(len(omega), len(self.outputs), len(self.inputs))
+        closed = self._closed(K, exact=True)
+        N, nk = len(closed.A), K.order
+        # T = C (Λ − A)⁻¹ B + D, so dT = [C (Λ − A)⁻¹, I] dS [(Λ − A)⁻¹ B; I]
+        finite = np.isfinite(omega)
+        gradient = np.zeros((closed.left.shape[1], closed.right.shape[0]))
+        if not finite.all():  # T(j∞) = D
+            gradient += closed.left[N:].T @ W[~finite].real.sum(0) @ closed.right[:, N:].T
+            omega, W = omega[finite], W[finite]
+        symbols = self.lines.symbols(omega, nk)
+        states = resolved(closed.A, symbols, closed.B, omega)
+        costates = resolved(closed.A.T, symbols, closed.C.T, omega)
+        left = costates.transpose(0, 2, 1) @ closed.left[:N] + closed.left[N:]  # (k, p, nk + nu)
+        right = closed.right[:, :N] @ states + closed.right[:, N:]  # (k, nk + ny, m)
+        gradient += (left.conj().transpose(0, 2, 1) @ W @ right.conj().transpose(0, 2, 1)).real.sum(0)
+        return Controller.from_stacked(gradient, nk)
+
+    def lined(self, K: Controller) -> np.ndarray:
+        """The state matrix under K with the delay lines as rows of their own; `lines.symbols` says what they mean."""
+        return self._closed(K, exact=True).A
+
+    def _closed(self, K: Controller, *, exact: bool) -> Closed:
+        """The closed system, kept until another controller comes."""
+        exact = exact and self.exact is not self.rational
+        last = self._last.get(exact)
+        if last is None or last[0] is not K:
+            last = self._last[exact] = (K, (self.exact if exact else self.rational).closed(K))
+        return last[1]

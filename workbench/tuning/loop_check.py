@@ -1,0 +1,98 @@
+"""Unstable modes that a controller cannot move or cannot see: the test of Popov, Belevitch and Hautus.
+
+An eigenvalue λ of A is moved by v if [A − λI, B] has full rank, seen by e if [A − λI; C] has. A structure whose
+controller has zeros by pattern (one block for each loop) may still leave λ where it is: it is fixed if no feedback of
+that pattern moves it, and random ones decide, since almost all of them move what can be moved.
+Source: Wang & Davison, IEEE Trans. Automatic Control 18 (1973) 473.
+"""
+
+import numpy as np
+
+from workbench.analysis.realisation import EPS, balanced
+from workbench.errors import InputError
+from workbench.tuning.joined import Structure
+
+UNMOVED = 1e-8  # of the balanced matrix's norm; a multiple eigenvalue is rounded by the root of 1e-16
+RANK = 1e-10  # of the balanced matrix's norm: rounding is below 1e-13 of it, couplings that matter above 1e-7
+
+
+def unstable(poles: np.ndarray, sample_time: float | None, rounding: float) -> np.ndarray:
+    """Whether each eigenvalue is on or beyond the stability limit, but for rounding."""
+    return poles.real >= -rounding if sample_time is None else np.abs(poles) >= 1 - rounding
+
+
+def check_modes(A: np.ndarray, B: np.ndarray, C: np.ndarray, sample_time: float | None, name: str) -> None:
+    """Refuse an unstable eigenvalue of A that B cannot move or C cannot see; the sentence names it.
+
+    A, B, C : (n, n), (n, nu), (ny, n) from the controller's outputs to its inputs
+    """
+    if len(A) == 0:
+        return
+    A, B, C, _ = balanced(A, B, C, np.zeros((len(C), B.shape[1])))
+    size = max(float(np.linalg.norm(A, 2)), np.finfo(float).tiny)
+    poles = np.linalg.eigvals(A)
+    B = _unit(B) * size
+    C = (_unit(C.T) * size).T
+    for pole in poles[unstable(poles, sample_time, len(A) * EPS * size)]:
+        shifted = A - pole * np.eye(len(A))
+        for joined, lacking, verb, cure in (
+            (np.hstack([shifted, B]), "moved", "reach", "Give it another input"),
+            (np.hstack([shifted.T, C.T]), "seen", "see", "Give it another measurement"),
+        ):
+            if np.linalg.svd(joined, compute_uv=False)[-1] < RANK * size:
+                raise InputError(
+                    f"every unstable mode must be {lacking} by the structure; model {name!r} has the eigenvalue "
+                    f"{_written(pole)} that its signals do not {verb}. {cure}, or take the mode out of the model."
+                )
+
+
+def check_pattern(A, B, C, D, pattern: np.ndarray, sample_time: float | None, name: str) -> None:
+    """Refuse an unstable eigenvalue of A that no static feedback with the pattern (nu, ny) of nonzeros moves.
+
+    A, B, C, D : from the controller's outputs to its inputs, all unstable modes moved and seen (`check_modes`)
+    """
+    if len(A) == 0 or pattern.all():
+        return
+    A, B, C, D = balanced(A, B, C, D)
+    size = max(float(np.linalg.norm(A, 2)), np.finfo(float).tiny)
+    poles = np.linalg.eigvals(A)
+    fixed = poles[unstable(poles, sample_time, len(A) * EPS * size)]
+    into, out = (np.where(s > 0, s, 1.0) for s in (np.linalg.norm(B, axis=0), np.linalg.norm(C, axis=1)))
+    random = np.random.default_rng(0)
+
+    def moved(F: np.ndarray) -> np.ndarray:
+        """How far each suspect moves, relative to A's norm."""
+        F = F * size / into[:, None] / out
+        F *= min(1.0, 0.5 / max(np.linalg.norm(D @ F, 2), 1e-300))  # I − D F keeps clear of singular
+        closed = np.linalg.eigvals(A + B @ F @ np.linalg.solve(np.eye(len(C)) - D @ F, C))
+        return np.abs(closed[:, None] - fixed).min(axis=0) / size
+
+    for _ in range(3):
+        full = random.normal(size=pattern.shape)
+        fixed = fixed[moved(pattern * full) < np.minimum(UNMOVED, 1e-4 * moved(full))]
+    if len(fixed):
+        pole = fixed[np.argmax(fixed.real)]
+        raise InputError(
+            f"every unstable mode must be moved by the structure; model {name!r} has the eigenvalue {_written(pole)} "
+            "that no controller with this structure's zeros moves. Let another block read or drive it."
+        )
+
+
+def pattern_of(structure: Structure) -> np.ndarray:
+    """Which entries (nu, ny) of the controller's transfer function can differ from zero, as random parameters show."""
+    random, (low, high) = np.random.default_rng(0), structure.bounds.T
+    start, found = structure.start, np.zeros((len(structure.outputs), len(structure.inputs)), bool)
+    for _ in range(4):
+        theta = np.clip(start + random.normal(size=len(start)) * np.maximum(np.abs(start), 1.0), low, high)
+        found |= structure.controller(theta).response([0.7390851])[0] != 0  # at a frequency of no importance
+    return found
+
+
+def _written(pole: complex) -> str:
+    return f"{pole.real:.6g}" + (f" ± {abs(pole.imag):.6g}j" if pole.imag else "")
+
+
+def _unit(B: np.ndarray) -> np.ndarray:
+    """Columns of unit length; zero columns stay."""
+    length = np.linalg.norm(B, axis=0)
+    return B / np.where(length > 0, length, 1.0)
