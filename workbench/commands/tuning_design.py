@@ -1,0 +1,63 @@
+"""What `workbench design` does with a tuning problem: a law affine in its gains, limits of S, T and Q."""
+
+from pathlib import Path
+
+MOST_STEPS = 25  # of either solver, for the progress bar
+
+
+def design_tuning(folder: Path, out: Path, *, solver: str, json: bool) -> None:
+    """Tunes, judges the rounded gains at every frequency, writes the table; refuses gains that miss a limit."""
+    import hashlib
+    from dataclasses import replace
+    from datetime import UTC, datetime
+    from json import dumps
+    from time import perf_counter
+
+    import typer
+
+    from workbench.commands.output import emit_json, emit_rows, emit_table, progress
+    from workbench.convex.pid_problem import verified
+    from workbench.convex.restriction import restriction
+    from workbench.convex.smooth_tuner import smooth_tuning
+    from workbench.errors import InfeasibleError, unknown_name
+    from workbench.export.reading import check_writable, write_text
+    from workbench.export.tuning_problem import load_tuning_problem
+    from workbench.export.tuning_table import DIGITS, requirements, tuning_table
+    from workbench.result import figure
+
+    solvers = {"slsqp": smooth_tuning, "restriction": restriction}
+    if solver not in solvers:
+        raise unknown_name("solver of a tuning problem", solver, solvers)
+    problem = load_tuning_problem(folder)
+    check_writable(out)
+    begin = perf_counter()
+    with progress(json) as show:
+        step = show("steps", MOST_STEPS)
+        found = solvers[solver](problem, on_progress=lambda _, value: step(f"objective {value:.5g}"))
+    rounded = [float(f"{value:.{DIGITS}g}") for value in found.gains.values()]
+    kept = verified(
+        problem, rounded, history=found.history, solves=found.solves, frequencies=found.frequencies,
+        seconds=lambda: perf_counter() - begin, outcome=found.outcome,
+    )  # fmt: skip
+    judged = requirements(problem, kept)
+    missed = [r for r in judged if not r["met"]]
+    if missed or not kept.stable:
+        words = "; ".join(f"{r['name']} must be <= {r['limit']:g}; best found {r['value']:.6g}" for r in missed)
+        raise InfeasibleError(
+            f"the limits of {problem.name!r} cannot be met together: {words or 'no stable gains'}. "
+            "Raise one of them, or free more places of the controller."
+        )
+    created = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
+    sha256 = hashlib.sha256((folder / "data.toml").read_bytes()).hexdigest()
+    table = tuning_table(problem, replace(kept, history=()), sha256, created)
+    path = out / "gains.json"
+    write_text(path, dumps(table, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
+    if json:
+        emit_json({**table, "seconds": kept.seconds, "table": str(path)})
+        return
+    emit_rows(problem.title, kept.rows())
+    emit_table(
+        f"Limits: objective {kept.objective:.6g}", ("limit", "at most", "value", "met", "where"),
+        [(r["name"], f"{r['limit']:g}", f"{r['value']:.6g}", figure(r["met"]), r["where"]) for r in judged],
+    )  # fmt: skip
+    typer.echo(f"gain table  {path}")

@@ -1,0 +1,1 @@
+"""Parameter studies: many analyses or designs over sampled parameters, resumable, on processes or a cluster."""

@@ -1,0 +1,241 @@
+"""Runs a study: what is not finished is computed and kept; then the table and what it says.
+
+Study --identity--> folder, refused if it holds another study --missing rows--> executor --> pieces, kept at once
+      --all rows--> StudyResult --> table, summary
+"""
+
+import json
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from importlib.metadata import version
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from workbench.errors import InputError, unknown_name
+from workbench.export.reading import write_text
+from workbench.result import Result, Row, plain
+from workbench.study.definition import Limit, Study, sha256
+from workbench.study.executor import cluster, local, serial
+from workbench.study.pareto import nondominated, objectives, plan, swept
+from workbench.study.quantity import document_of, limits_of, needs_margins, usual, value_at
+from workbench.study.sampling import sample
+from workbench.study.sensitivity import Index, indices
+from workbench.study.source import Source
+from workbench.study.store import Piece, missing, opened
+from workbench.study.summary import Failing, Spread, failing, spread_of
+from workbench.study.table import write_study
+from workbench.study.task import Task
+
+PIECE = {"batch": 512, "analyse": 8, "design": 1}  # rows kept at a time: a sixth of a second, and one design
+WORTH_IT = 20_000  # rows of batches below which other processes cost more than they bring
+PACKAGES = ("maglev-workbench", "casadi", "numpy", "scipy")
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class StudyResult(Result):
+    """A finished study.
+
+    columns : name to values of every row: "row", parameters, quantities, "error" (and "nondominated" of a Pareto study)
+    provenance : hashes, versions, seed, times;  limits : what counts as failing;  failed : (rows,) which fail
+    table : the file with all rows
+    """
+
+    study: Study
+    columns: dict[str, list[Any]]
+    provenance: dict[str, Any]
+    limits: tuple[Limit, ...]
+    failing: Failing
+    failed: np.ndarray
+    spreads: tuple[Spread, ...]
+    indices: tuple[Index, ...]
+    table: Path
+
+    @property
+    def quantities(self) -> tuple[str, ...]:
+        """Names of the recorded quantities."""
+        return tuple(self.provenance["quantities"])
+
+    def numbers(self, name: str) -> np.ndarray:
+        """A column as floats (rows,), NaN where there is none."""
+        if name not in self.columns:
+            raise unknown_name("column", name, self.columns)
+        return np.array([np.nan if v is None else float(v) for v in self.columns[name]], float)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Everything but the rows, which are in the table."""
+        return {
+            "provenance": plain(self.provenance), "failing": plain(self.failing),
+            "limits": [str(limit) for limit in self.limits],
+            "quantities": plain(self.spreads), "indices": plain(self.indices), "table": str(self.table),
+        }  # fmt: skip
+
+    def to_frame(self):
+        """All rows as a pandas.DataFrame."""
+        import pandas as pd
+
+        return pd.DataFrame(self.columns)
+
+    def rows(self) -> list[Row]:
+        return [
+            *self.study.rows(),
+            ("failing share", self.failing.share, "1"),
+            *((f"median of {s.quantity}", s.quantiles[3] if s.quantiles else None, "") for s in self.spreads),
+        ]
+
+
+def run_study(
+    study: Study,
+    folder: Path,
+    *,
+    workers: int = 1,
+    scheduler: str | None = None,
+    fresh: bool = False,
+    size: int | None = None,
+    on_rows: Callable[[int, int], None] | None = None,
+) -> StudyResult:
+    """Computes what is missing of a study in its folder, and sums it up.
+
+    Parameters
+    ----------
+    workers : processes of this machine; 1 computes in this one. More need the usual `if __name__ == "__main__"`.
+    scheduler : address of a Dask scheduler to use instead
+    fresh : throw away what the folder holds of another study, or of this one
+    size : rows kept at a time; the rows do not depend on it, nor on who computes them
+    on_rows : called with (rows finished, rows in all) at the start and after every piece
+
+    Raises
+    ------
+    InputError
+        If the study does not fit its problem, the folder holds another study, or no scheduler answers.
+
+    An interrupt, or a kill, loses what was under way and nothing else: the same call goes on from there.
+    """
+    from threadpoolctl import threadpool_limits
+
+    with threadpool_limits(1):  # small matrices, and sums that do not depend on the number of processors
+        return _run(study, folder, workers, scheduler, fresh, size, on_rows)
+
+
+def _run(study: Study, folder: Path, workers: int, scheduler, fresh: bool, size, on_rows) -> StudyResult:
+    begun = perf_counter()
+    source = Source.of(study.problem)
+    problem = source.problem()
+    for p in study.parameters:
+        if p.kind == "data":
+            source.check(p.name)
+    quantities = study.quantities or usual(problem, study.task)
+    if study.task == "pareto":
+        quantities = (*quantities, *(q for q in usual(problem, "design") if q not in quantities))
+        plan(study)
+    gains = dict(study.gains or source.approved or (problem.approved.as_dict() if problem.approved else {})) or None
+    if study.task == "analyse" and gains is None:
+        raise InputError(f'problem {source.name!r} has no approved gains; name some in the study with gains = "FILE".')
+    _check_quantities(study, problem, gains, quantities)
+    limits = _limits(study, problem, quantities)
+    identity = {
+        "definition": {k: v for k, v in plain(study.definition()).items() if k not in ("problem", "gains")},
+        "problem": source.name, "data_sha256": source.sha256, "code_sha256": sha256(source.code),
+        "gains": gains, "quantities": list(quantities), "versions": {name: version(name) for name in PACKAGES},
+    }  # fmt: skip
+    with opened(folder, identity, fresh=fresh) as store:
+        pieces = list(store.pieces())
+        total, created = study.rows_planned, datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
+        finished = sum(len(p.values) for p in pieces)
+        if on_rows:
+            on_rows(finished, total)
+        samples = np.zeros((total, 0))
+        if study.task == "pareto":
+            missing(total, [(p.first, p.first + len(p.values)) for p in pieces], 1, 1)
+            work = swept(study, problem, gains, quantities, [row for p in pieces for row in p.values])
+        else:
+            samples = sample(study)
+            work = _work(study, source, quantities, samples, pieces, size, workers, scheduler)
+        for piece in work:
+            store.add(piece)
+            pieces.append(piece)
+            finished += len(piece.values)
+            if on_rows:
+                on_rows(finished, total)
+        rows = [row for p in sorted(pieces, key=lambda p: p.first) for row in p.values]
+        provenance = {
+            "format": "maglev-workbench study table", "study_sha256": store.sha256, **identity,
+            "seed": study.seed, "rows": total, "finished": created, "wall_seconds_of_last_run": perf_counter() - begun,
+            "compute_seconds": sum(p.seconds for p in pieces),
+        }  # fmt: skip
+        result = _summed_up(study, folder, samples, rows, quantities, limits, provenance)
+        write_study(result.table, result.columns, provenance)
+        write_text(folder / "summary.json", json.dumps(result.to_dict(), indent=1, ensure_ascii=False) + "\n")
+    return result
+
+
+def _work(study: Study, source: Source, quantities, samples, pieces: list[Piece], size, workers: int, scheduler):
+    """The pieces that are missing, from whoever computes them."""
+    held = [(p.first, p.first + len(p.values)) for p in pieces]
+    if sum(last - first for first, last in held) == len(samples):
+        return iter(())
+    task = Task.of(study, source, quantities, samples)
+    wanted = size or PIECE["batch" if task.batched else study.task]
+    ranges = missing(len(samples), held, math.ceil(wanted / task.block) * task.block, task.block)
+    if scheduler is not None:
+        return cluster(task, ranges, scheduler)
+    rows = sum(last - first for first, last in ranges)
+    workers = 1 if task.batched and rows < WORTH_IT else min(workers, len(ranges))
+    return serial(task, ranges) if workers <= 1 else local(task, ranges, workers)
+
+
+def _summed_up(study: Study, folder: Path, samples, rows, quantities, limits, provenance) -> StudyResult:
+    columns: dict[str, list[Any]] = {"row": list(range(len(rows)))}
+    if study.task == "pareto":
+        columns["requirement"], columns["limit"] = (list(part) for part in zip(*plan(study), strict=True))
+    columns |= dict(zip(study.names, samples.T.tolist(), strict=True))
+    columns |= {name: [row[k] for row in rows] for k, name in enumerate(quantities)}
+    columns["error"] = [row[-1] for row in rows]
+    if study.task == "pareto":
+        columns["nondominated"] = nondominated(objectives(columns)[1]).tolist()
+    numbers = {q: np.array([np.nan if v is None else float(v) for v in columns[q]], float) for q in quantities}
+    random = study.sampling in ("latin_hypercube", "monte_carlo") and study.task != "pareto"
+    found, failed = failing(columns, columns["error"], limits, random=random, confidence=study.confidence)
+    known: tuple[Index, ...] = ()
+    if study.task != "pareto":
+        known = indices(
+            study.sampling, study.count, samples, numbers, study.names, confidence=study.confidence
+        )  # fmt: skip
+    return StudyResult(
+        study=study, columns=columns, provenance=provenance, limits=limits, failing=found, failed=failed,
+        spreads=tuple(spread_of(q, numbers[q]) for q in quantities), indices=known,
+        table=folder / ("table.csv" if study.output == "csv" else "table.parquet"),
+    )  # fmt: skip
+
+
+def _check_quantities(study: Study, problem, gains, quantities) -> None:
+    """Refuses quantities and parameters that no row could have, by one analysis of the problem as it stands."""
+    if gains is None:
+        return
+    from workbench.analysis.analysis import analyse
+    from workbench.analysis.full import full_analysis
+    from workbench.control import Gains
+
+    chosen = Gains.from_mapping(gains)
+    if needs_margins(quantities):
+        whole = full_analysis(problem.setting, chosen, problem.name)
+        document = document_of(whole.analysis, whole.to_dict())
+    else:
+        document = document_of(analyse(problem.setting, chosen, problem.name))
+    for name in quantities:
+        value_at(document, name)
+
+
+def _limits(study: Study, problem, quantities) -> tuple[Limit, ...]:
+    """The study's limits, or the problem's requirements on what is recorded."""
+    for limit in study.limits:
+        if limit.quantity not in quantities:
+            raise InputError(
+                f"a limit needs a recorded quantity; {limit.quantity!r} is not one of {', '.join(quantities[:20])}. "
+                "Add it to quantities."
+            )
+    return study.limits or limits_of(problem, quantities)

@@ -1,0 +1,151 @@
+"""The folder of a study: what was asked, and what is finished, safe against being killed at any moment.
+
+    study.json        what the rows depend on, and its hash; written once
+    rows/00000000.json  finished rows from that number on; written beside, synced, renamed, never touched again
+
+A file is there whole or not at all. The lock is the system's own: it goes with the process that holds it.
+"""
+
+import fcntl
+import json
+import os
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from workbench.errors import InputError
+from workbench.export.reading import read_mapping
+from workbench.study.definition import sha256
+
+FORMAT = "maglev-workbench study"
+MANIFEST, ROWS, LOCK = "study.json", "rows", "study.lock"
+
+
+@dataclass(frozen=True)
+class Piece:
+    """Finished rows: the number of the first, their values, and the seconds they took."""
+
+    first: int
+    values: list[list[Any]]
+    seconds: float
+
+
+class Store:
+    """A study's folder, held by one process at a time."""
+
+    def __init__(self, folder: Path, identity: dict[str, Any], *, fresh: bool = False) -> None:
+        """Opens or begins the study `identity`, a JSON document; a folder of another study is refused unless fresh."""
+        self.folder, self.sha256 = folder, sha256(identity)
+        try:
+            (folder / ROWS).mkdir(parents=True, exist_ok=True)
+            self._lock = (folder / LOCK).open("w")
+        except OSError as error:
+            raise InputError(
+                f"{folder} must be a folder that can be written to; {error.strerror or error}. "
+                "Choose another with --out."
+            ) from error
+        try:
+            fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError as error:
+            self._lock.close()
+            raise InputError(
+                f"{folder} is in use by another run of a study; wait for it, or choose another --out."
+            ) from error
+        try:
+            self._open(identity, fresh)
+        except BaseException:
+            self.close()
+            raise
+
+    def close(self) -> None:
+        """Lets another process have the folder."""
+        self._lock.close()
+
+    def _open(self, identity: dict[str, Any], fresh: bool) -> None:
+        manifest = self.folder / MANIFEST
+        if fresh:
+            manifest.unlink(missing_ok=True)
+            for path in self._files():
+                path.unlink()
+        for path in (self.folder / ROWS).glob(".*.part"):  # of a run that was killed while writing
+            path.unlink()
+        if not manifest.exists():
+            if self._files():
+                raise InputError(
+                    f"{self.folder} holds rows of a study whose {MANIFEST} is gone; give --fresh to begin anew."
+                )
+            self._write(manifest, {"format": FORMAT, "sha256": self.sha256, "study": identity})
+            return
+        before = read_mapping(manifest)
+        if before.get("format") != FORMAT or before.get("sha256") != self.sha256:
+            raise InputError(
+                f"{self.folder} holds another study ({_difference(before.get('study'), identity)}); "
+                "choose another --out, or give --fresh to throw its rows away."
+            )
+
+    def _files(self) -> list[Path]:
+        return sorted((self.folder / ROWS).glob("[0-9]*.json"))
+
+    def pieces(self) -> Iterator[Piece]:
+        """What is finished, in the order of rows."""
+        for path in self._files():
+            document = read_mapping(path)
+            try:
+                if document["sha256"] != self.sha256:
+                    raise ValueError("it belongs to another study")
+                yield Piece(int(path.stem), list(document["rows"]), float(document["seconds"]))
+            except (KeyError, TypeError, ValueError) as error:
+                raise InputError(
+                    f"{path} must hold finished rows of this study; {error}. "
+                    "Delete it: only its rows are computed again."
+                ) from error
+
+    def add(self, piece: Piece) -> None:
+        """Keeps finished rows."""
+        document = {"sha256": self.sha256, "seconds": piece.seconds, "rows": piece.values}
+        self._write(self.folder / ROWS / f"{piece.first:08d}.json", document)
+
+    def _write(self, path: Path, document: dict[str, Any]) -> None:
+        beside = path.with_name(f".{path.name}.part")
+        with beside.open("w", encoding="utf-8") as file:
+            json.dump(document, file, allow_nan=False, ensure_ascii=False)
+            file.flush()
+            os.fsync(file.fileno())
+        beside.replace(path)
+
+
+@contextmanager
+def opened(folder: Path, identity: dict[str, Any], *, fresh: bool = False) -> Iterator[Store]:
+    """A store for the length of a block."""
+    store = Store(folder, identity, fresh=fresh)
+    try:
+        yield store
+    finally:
+        store.close()
+
+
+def missing(total: int, pieces: Sequence[tuple[int, int]], size: int, block: int) -> list[tuple[int, int]]:
+    """(first, last) ranges of at most `size` rows that no (first, last) piece holds; `size` a multiple of `block`."""
+    out = []
+    at = 0
+    for first, last in [*sorted(pieces), (total, total)]:
+        if first < at or (first % block and first != total):
+            raise InputError(f"rows {first} to {last - 1} are kept twice or cut wrongly; give --fresh to begin anew.")
+        out += [(k, min(k + size, first)) for k in range(at, first, size)]
+        at = last
+    return out
+
+
+def _difference(before: Any, now: dict[str, Any], path: str = "") -> str:
+    """The first entry in which two studies differ, for a sentence."""
+    if not isinstance(before, dict):
+        return f"{path or 'all of it'} differs"
+    for key in sorted({*before, *now}):
+        name = f"{path}.{key}" if path else key
+        if before.get(key) != now.get(key):
+            if isinstance(now.get(key), dict) and isinstance(before.get(key), dict):
+                return _difference(before[key], now[key], name)
+            return f"{name} differs"
+    return "its format differs"
