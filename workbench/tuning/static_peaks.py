@@ -1,0 +1,123 @@
+"""The gain of a stable system over frequency and its local maxima, fast rather than proved.
+
+    poles --frequencies--> sampling --Gain.peaks--> local maxima, refined --Gain.at--> singular vectors and resolvents
+
+The measures of `static_loop` steer by this; `analysis.norm.peak_gain` decides.
+"""
+
+import math
+
+import numpy as np
+
+from workbench.analysis.realisation import responder
+
+REFINED = 1e-12  # relative width of the frequency bracket at which a peak is found
+LEFT = 1e-10  # relative gain still expected there, by the secant of the slope
+STEPS = 30  # of the refinement; five are typical
+
+
+def frequencies(poles: np.ndarray) -> np.ndarray:
+    """0, each pole's natural and resonance frequency, and points between and around them."""
+    size = np.abs(poles)
+    resonance = np.sqrt(np.maximum(size**2 - 2 * poles.real**2, 0))
+    special = np.concatenate([size, np.abs(poles.imag), resonance])
+    special = np.unique(special[special > 0])
+    if len(special) == 0:
+        return np.zeros(1)
+    spread = special[np.r_[True, np.diff(special) > 1e-3 * special[:-1]]]
+    between = np.sqrt(spread[1:] * spread[:-1])
+    ends = [spread[0] / 30, spread[0] / 5, 5 * spread[-1], 30 * spread[-1]]
+    return np.concatenate([[0.0], special, between, ends])
+
+
+class Gain:
+    """σ_max of D + C (jωI − A)⁻¹ B, its slope and its local maxima."""
+
+    def __init__(self, A, B, C, D) -> None:
+        self._A, self._B, self._C, self._D = A, B, C, D
+        self._response = responder(A, B, C, D)
+
+    def at(self, omega: np.ndarray):
+        """(U, σ, Vᴴ, (jω − A)⁻¹B, C(jω − A)⁻¹), each (k, …), at finite frequencies (k,)."""
+        shifted = 1j * omega[:, None, None] * np.eye(len(self._A)) - self._A
+        X = np.linalg.solve(shifted, np.broadcast_to(self._B, (len(omega), *self._B.shape)))
+        turned = shifted.transpose(0, 2, 1)
+        Y = np.linalg.solve(turned, np.broadcast_to(self._C.T, (len(omega), *self._C.T.shape))).transpose(0, 2, 1)
+        U, sigma, Vh = np.linalg.svd(self._D + self._C @ X, full_matrices=False)
+        return U, sigma, Vh, X, Y
+
+    def at_infinity(self):
+        """The same at ω = ∞, where the resolvents vanish."""
+        U, sigma, Vh = np.linalg.svd(self._D[None], full_matrices=False)
+        return U, sigma, Vh, np.zeros((1, *self._B.shape)), np.zeros((1, *self._C.shape))
+
+    def sampled_above(self, level: float, most: int) -> np.ndarray:
+        """Some of the frequencies of the last `peaks` where the gain was above a level."""
+        found = self._omega[self._values >= level]
+        return found[:: max(1, -(-len(found) // most))]
+
+    def _slope(self, omega: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(σ_max, dσ_max/dω) at finite frequencies (k,)."""
+        shifted = 1j * omega[:, None, None] * np.eye(len(self._A)) - self._A
+        X = np.linalg.solve(shifted, np.broadcast_to(self._B, (len(omega), *self._B.shape)))
+        U, sigma, Vh = np.linalg.svd(self._D + self._C @ X, full_matrices=False)
+        state = np.einsum("knm,km->kn", X, Vh[:, 0].conj())
+        turned = np.linalg.solve(shifted, state[:, :, None])[:, :, 0]
+        return sigma[:, 0], np.einsum("kp,pn,kn->k", U[:, :, 0].conj(), self._C, turned).imag
+
+    def peaks(self, omega: np.ndarray, near: float) -> list[tuple[float, float]]:
+        """Local maxima (ω, σ_max) within the factor e^−near of the largest, that first; ω = ∞ for the feedthrough."""
+        omega = np.unique(omega)
+        values = np.linalg.svd(self._response(omega), compute_uv=False)[:, 0]
+        self._omega, self._values = omega, values
+        infinite = float(np.linalg.norm(self._D, 2))
+        padded = np.r_[-math.inf, values, infinite]
+        tops = np.flatnonzero((padded[1:-1] >= padded[:-2]) & (padded[1:-1] >= padded[2:]))
+        floor = max(float(values.max()), infinite) * math.exp(-1.5 * near)
+        tops = tops[values[tops] >= floor]
+        low = np.where(tops > 0, omega[tops - 1], 0.0)
+        high = np.where(tops + 1 < len(omega), omega[np.minimum(tops + 1, len(omega) - 1)], 2 * omega[tops] + 1.0)
+        found = list(zip(*self._refined(low, omega[tops], high, values[tops]), strict=True)) if len(tops) else []
+        if infinite >= floor and padded[-1] > padded[-2]:
+            found.append((math.inf, infinite))
+        found.sort(key=lambda peak: -peak[1])
+        distinct: list[tuple[float, float]] = []
+        for where, value in found:
+            if all(not abs(where - other) <= 1e-9 * other for other, _ in distinct):
+                distinct.append((float(where), float(value)))
+        return [peak for peak in distinct if peak[1] >= distinct[0][1] * math.exp(-near)]
+
+    def _refined(self, low, middle, high, values) -> tuple[np.ndarray, np.ndarray]:
+        """The maxima between low and high, all at a time: zeros of the slope by Hermite cubics, bisection as guard."""
+        best, where = values.copy(), middle.copy()
+        value, slope = self._slope(np.concatenate([low, middle, high]))
+        v_low, v_mid, v_high = np.split(value, 3)
+        s_low, s_mid, s_high = np.split(slope, 3)
+        rising = s_mid > 0
+        a, v_a, s_a = (np.where(rising, m, l) for m, l in ((middle, low), (v_mid, v_low), (s_mid, s_low)))
+        b, v_b, s_b = (np.where(rising, h, m) for m, h in ((middle, high), (v_mid, v_high), (s_mid, s_high)))
+        todo = (middle > 0) & (s_mid != 0)
+        for _ in range(STEPS):
+            k = np.flatnonzero(todo)
+            if len(k) == 0:
+                break
+            width = b[k] - a[k]
+            theta = 3 * (v_a[k] - v_b[k]) / width + s_a[k] + s_b[k]
+            root = np.sqrt(np.maximum(theta**2 - s_a[k] * s_b[k], 0))
+            with np.errstate(divide="ignore", invalid="ignore"):
+                point = b[k] - width * (-s_b[k] + root + theta) / (s_a[k] - s_b[k] + 2 * root)
+            inside = (s_a[k] > 0) & (s_b[k] < 0) & (point > a[k]) & (point < b[k])
+            point = np.where(inside, point, (a[k] + b[k]) / 2)
+            value, slope = self._slope(point)
+            better = value > best[k]
+            best[k[better]], where[k[better]] = value[better], point[better]
+            up = slope > 0
+            near_end = np.where(up, b[k] - point, point - a[k])
+            other = np.where(up, s_b[k], s_a[k])
+            left = np.abs(slope) * np.minimum(near_end, width * np.abs(slope) / (np.abs(slope - other) + 1e-300))
+            for ends, now in ((a, point), (v_a, value), (s_a, slope)):
+                ends[k[up]] = now[up]
+            for ends, now in ((b, point), (v_b, value), (s_b, slope)):
+                ends[k[~up]] = now[~up]
+            todo[k] = (left > LEFT * value) & (b[k] - a[k] > REFINED * b[k])
+        return where, best

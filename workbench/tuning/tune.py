@@ -1,0 +1,277 @@
+"""Tuning the free parameters of a structure: soft goals as small as they get, every hard one below 1.
+
+    models, structure, goals --starts--> stabilise --> descend --> best start --exact goals--> Tuning
+
+Steering and deciding are apart: the nonsmooth solver follows `goal.evaluate`, and every figure of the result is
+`goal.exact`, another algorithm. Where the exact value of a hard goal is above 1 although the steering one is below, the
+search is repeated with a smaller target.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from time import perf_counter
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from workbench.errors import InfeasibleError, InputError
+from workbench.tuning.goal import Goal
+from workbench.tuning.joined import Structure
+from workbench.tuning.model import Model
+from workbench.tuning.stabilise import random_start, stabilise
+from workbench.tuning.tune_constrained import INSIDE, Descent, descend
+from workbench.tuning.tune_programme import Labelled, Programme
+from workbench.tuning.tune_result import StartReport, TunedGoal, Tuning
+
+ROUNDS = 3  # of repeating the best start with a smaller target where exact and steering values differ
+FAR = 2.0  # exact hard value beyond which steering and exact measure do not speak of the same thing: no repetition
+ALIKE = 1e-3  # relative: soft values this close are the same; the earlier start is taken
+
+
+@dataclass(frozen=True, slots=True)
+class Progress:
+    """What a running tuning tells after each step: the start (1, 2, …), the phase, largest values, seconds so far."""
+
+    start: int
+    phase: str
+    soft: float
+    hard: float
+    seconds: float
+
+
+@dataclass(frozen=True, slots=True)
+class _End:
+    """A start's outcome; `refusal` is the sentence where it could not be stabilised."""
+
+    number: int
+    descent: Descent | None
+    seconds: float
+    refusal: str
+
+
+def tune(
+    models: Model | Sequence[Model], structure: Structure, goals: Sequence[Goal], *, starts: int = 4, seed: int = 0,
+    budget_seconds: float = 60.0, workers: int = 1, start=None,
+    on_progress: Callable[[Progress], bool | None] | None = None,
+) -> Tuning:  # fmt: skip
+    """The structure's free parameters for which the largest soft goal is small and every hard goal is met.
+
+    Parameters
+    ----------
+    models : Model or several
+        One structure for all of them; a goal counts on each model it holds for, at its worst.
+    structure : Structure
+        Its values are the first start, its bounds are kept.
+    goals : Goal records
+        Hard ones must be below 1; the largest soft one is minimised. Stability of every loop is always required.
+    starts, seed : int
+        The first start is the structure's (or `start`), the others random around it; same seed, same result, as long
+        as the budget does not end the search.
+    budget_seconds : float
+        Of the search; the exact values come on top.
+    workers : int
+        Processes; starts run side by side if more than one (a script then needs the `if __name__ == "__main__"` guard).
+    start : (n,), optional
+        Values of the free parameters for the first start.
+    on_progress : Progress → bool, optional
+        Called after each step, after each start if workers > 1; True ends the search, and the best so far is verified.
+
+    Returns
+    -------
+    Tuning
+
+    Raises
+    ------
+    InputError
+        If models, structure and goals do not fit together.
+    InfeasibleError
+        If no start is stabilised, or a hard goal is not met: names it, the best value reached, model and frequency.
+
+    Source: Apkarian & Noll, IEEE Trans. Automat. Control 51 (2006) 71; Apkarian, Gahinet & Buhr, ECC 2014.
+    """
+    given = [models] if isinstance(models, Model) else list(models)
+    names = [model.name for model in given]
+    if len(set(names)) != len(names):
+        raise InputError(f"models must have distinct names; got {names}. Rename the doubled one.")
+    if starts < 1 or workers < 1:
+        raise InputError(f"starts and workers must be at least 1; got {starts!r} and {workers!r}.")
+    labelled = [Labelled(model.name, model) for model in given]
+    return tune_labelled(
+        labelled, structure, list(goals), starts=starts, seed=seed, budget_seconds=budget_seconds, workers=workers,
+        start=start, on_progress=on_progress,
+    )  # fmt: skip
+
+
+def tune_labelled(
+    models: list[Labelled], structure: Structure, goals: list[Goal], *, starts: int, seed: int, budget_seconds: float,
+    workers: int, start, on_progress, refuse: bool = True,
+) -> Tuning:  # fmt: skip
+    """`tune` for labelled models; with refuse=False a hard goal that is not met is reported, not raised."""
+    begun = perf_counter()
+    with threadpool_limits(1):  # small matrices: more threads only wait for each other
+        programme = Programme(models, structure, goals)
+        centre = structure.start if start is None else np.asarray(start, float).ravel()
+        if centre.shape != structure.start.shape:
+            raise InputError(
+                f"start must hold {len(structure.start)} numbers ({', '.join(structure.names)}); got {len(centre)}."
+            )
+        box = structure.bounds
+        if len(centre) and not np.all((centre >= box[:, 0]) & (centre <= box[:, 1])):
+            raise InputError("start must lie within the structure's bounds; move it or widen them.")
+        if workers > 1 and starts > 1:
+            ends = _side_by_side(models, structure, goals, centre, starts, seed, budget_seconds, workers, on_progress)
+        else:
+            ends = _one_by_one(programme, centre, starts, seed, budget_seconds, on_progress)
+        best = _best(ends)
+        if best is None:
+            raise InfeasibleError(min(ends, key=lambda end: end.number).refusal)
+        chosen = _verified(programme, best, seed, begun + budget_seconds)
+        return _tuning(programme, chosen, ends, begun, refuse)
+
+
+def _one_by_one(programme: Programme, centre, starts: int, seed: int, budget: float, on_progress) -> list[_End]:
+    begun, ends, ended = perf_counter(), [], False
+    for k in range(starts):
+        left = budget - (perf_counter() - begun)
+        if ends and (left <= 0 or ended or len(centre) == 0):
+            break
+
+        def told(words: str, theta: np.ndarray, soft: float, hard: float, number=k + 1) -> bool:
+            nonlocal ended
+            if on_progress is not None:
+                ended = bool(on_progress(Progress(number, words, soft, hard, perf_counter() - begun)))
+            return ended
+
+        ends.append(_run_start(programme, centre, k, seed, left / (starts - k), told))
+    return ends
+
+
+def _run_start(programme: Programme, centre: np.ndarray, k: int, seed: int, budget: float, told) -> _End:
+    """One start, from its parameters to where it ends."""
+    begun = perf_counter()
+    structure = programme.structure
+    theta = centre if k == 0 else random_start(structure, centre, np.random.default_rng([seed, k]))
+    try:
+        stable = stabilise(
+            programme.loops, structure, start=theta, starts=3, seed=seed + k, budget_seconds=budget / 2,
+            on_step=lambda x, value: told is not None and told("stabilising", x, math.inf, math.inf),
+        )  # fmt: skip
+    except InfeasibleError as error:
+        return _End(k + 1, None, perf_counter() - begun, str(error))
+    end = descend(programme, stable.theta, until=begun + budget, seed=seed, on_step=told)
+    return _End(k + 1, end, perf_counter() - begun, "")
+
+
+def _in_process(payload) -> _End:
+    models, structure, goals, centre, k, seed, budget = payload
+    with threadpool_limits(1):
+        return _run_start(Programme(models, structure, goals), centre, k, seed, budget, None)
+
+
+def _side_by_side(models, structure, goals, centre, starts, seed, budget, workers, on_progress) -> list[_End]:
+    """Starts on spawned processes; results in the order of the starts."""
+    from concurrent.futures import ProcessPoolExecutor, as_completed
+    from multiprocessing import get_context
+
+    begun, share = perf_counter(), budget * min(workers, starts) / starts
+    ends: list[_End] = []
+    with ProcessPoolExecutor(min(workers, starts), mp_context=get_context("spawn")) as pool:
+        waiting = [pool.submit(_in_process, (models, structure, goals, centre, k, seed, share)) for k in range(starts)]
+        for done in as_completed(waiting):
+            if done.cancelled():
+                continue
+            end = done.result()
+            ends.append(end)
+            soft, hard = (end.descent.soft, end.descent.hard) if end.descent else (math.inf, math.inf)
+            if on_progress is not None and on_progress(
+                Progress(end.number, "start ended", soft, hard, perf_counter() - begun)
+            ):
+                for other in waiting:
+                    other.cancel()
+                on_progress = None
+    return sorted(ends, key=lambda end: end.number)
+
+
+def _best(ends: list[_End]) -> Descent | None:
+    """Feasible before infeasible; then the smallest soft value, or the smallest hard one where none is feasible."""
+    found = [end.descent for end in ends if end.descent is not None]
+    feasible = [d for d in found if d.feasible()]
+    best: Descent | None = None
+    for d in feasible or found:
+        size = d.soft if feasible else d.hard
+        least = math.inf if best is None else (best.soft if feasible else best.hard)
+        if best is None or size < least - ALIKE * abs(least):
+            best = d
+    return best
+
+
+def _verified(programme: Programme, best: Descent, seed: int, until: float) -> Descent:
+    """The best start, searched again with smaller targets while its exact hard values are above 1."""
+    target, chosen = INSIDE, best
+    for _ in range(ROUNDS):
+        exact = programme.exact_values(chosen.theta)
+        pairs = zip(programme.tasks, exact, strict=True)
+        worst = max((value.value for task, value in pairs if task.goal.hard), default=-math.inf)
+        if worst < 1 or worst > FAR or not chosen.feasible() or perf_counter() > until:
+            return chosen
+        target *= INSIDE / worst
+        again = descend(programme, chosen.theta, until=until, seed=seed, target=target)
+        if not again.feasible(target):
+            return chosen
+        chosen = again
+    return chosen
+
+
+def _tuning(programme: Programme, chosen: Descent, ends: list[_End], begun: float, refuse: bool) -> Tuning:
+    """Every goal by its exact measure, the worst model each; refused where a hard one is not met."""
+    exact_begun, theta = perf_counter(), chosen.theta
+    exact, smooth = programme.exact_values(theta), programme.smooth_values(theta)
+    goals = []
+    for goal in programme.goals:
+        own = [k for k, task in enumerate(programme.tasks) if task.goal is goal]
+        worst = max(own, key=lambda k: exact[k].value if not math.isnan(exact[k].value) else math.inf)
+        value = exact[worst]
+        goals.append(TunedGoal(
+            name=goal.name, hard=goal.hard, model=programme.tasks[worst].label, value=value.value, upper=value.upper,
+            smooth=smooth[worst].value, frequency=value.frequency, time=value.time, channel=value.channel,
+            method=value.method, reason=value.reason,
+        ))  # fmt: skip
+    structure = programme.structure
+    tuned = structure.with_values(dict(zip(structure.names, theta.tolist(), strict=True)))
+    result = Tuning(
+        values=structure.values(theta), theta=theta, structure=tuned, goals=tuple(goals),
+        abscissa=programme.abscissa.value(theta), minimum=chosen.minimum,
+        starts=tuple(_report(programme, end) for end in ends), seconds=exact_begun - begun,
+        exact_seconds=perf_counter() - exact_begun,
+    )  # fmt: skip
+    if refuse:
+        refuse_unmet(result)
+    return result
+
+
+def refuse_unmet(result: Tuning) -> None:
+    """Raise InfeasibleError for the worst hard goal that is not met."""
+    unmet = [goal for goal in result.goals if goal.hard and not goal.met]
+    if not unmet:
+        return
+    worst = max(unmet, key=lambda goal: goal.value)
+    others = ", ".join(repr(goal.name) for goal in unmet if goal is not worst)
+    reason = f" ({worst.reason.rstrip('.')})" if worst.reason else ""
+    raise InfeasibleError(
+        f"hard goal {worst.name!r} must be below 1; the best value reached is {worst.value:.5g}{reason} "
+        f"({worst.where()}).{f' Also not met: {others}.' if others else ''} "
+        "Relax it, make it soft, free a parameter or try more starts."
+    )
+
+
+def _report(programme: Programme, end: _End) -> StartReport:
+    d = end.descent
+    if d is None:
+        return StartReport(
+            number=end.number, soft=math.inf, hard=math.inf, abscissa=math.inf, seconds=end.seconds, message=end.refusal
+        )
+    return StartReport(
+        number=end.number, soft=d.soft, hard=d.hard, abscissa=programme.abscissa.value(d.theta), seconds=end.seconds,
+        message=d.minimum.message if d.minimum else "nothing to improve",
+    )  # fmt: skip

@@ -1,0 +1,113 @@
+"""Goals on models as functions of the free parameters.
+
+    models, structure, goals --Programme--> theta -> pieces of the soft and of the hard goals, stable loops only
+                                        --> theta -> every goal's exact value
+
+A model may appear many times under different labels (robust tuning adds copies with other parameters); goals are
+filtered by the model's own name.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from workbench.errors import InputError
+from workbench.tuning.goal import Bound, Goal, Value
+from workbench.tuning.joined import Structure
+from workbench.tuning.loop import Loop
+from workbench.tuning.model import Model
+from workbench.tuning.stabilise import Abscissa
+
+Pieces = list[tuple[float, np.ndarray]]
+
+
+class Labelled(NamedTuple):
+    """A model and what to call it in results."""
+
+    label: str
+    model: Model
+
+
+class Task(NamedTuple):
+    """One goal on one model."""
+
+    goal: Goal
+    label: str
+    bound: Bound
+
+
+@dataclass(frozen=True, slots=True)
+class Smooth:
+    """All goals at one theta: pieces (value, gradient (n,)) of the soft and of the hard ones; None if unstable."""
+
+    soft: Pieces
+    hard: Pieces
+
+    @property
+    def largest_soft(self) -> float:
+        return max((value for value, _ in self.soft), default=-math.inf)
+
+    @property
+    def largest_hard(self) -> float:
+        return max((value for value, _ in self.hard), default=-math.inf)
+
+
+class Programme:
+    """The tuning problem of a set of models."""
+
+    def __init__(self, models: Sequence[Labelled], structure: Structure, goals: Sequence[Goal]) -> None:
+        if not models or not goals:
+            raise InputError(
+                f"a tuning must have at least one model and one goal; got {len(models)} and {len(goals)}. Give both."
+            )
+        self.structure, self.goals = structure, tuple(goals)
+        self.loops = [Loop(entry.model, structure) for entry in models]
+        self.abscissa = Abscissa(self.loops, structure)
+        self.tasks = [
+            Task(goal, entry.label, goal.bind(loop))
+            for goal in goals
+            for entry, loop in zip(models, self.loops, strict=True)
+            if goal.holds_for(entry.model.name)
+        ]
+        for goal in goals:
+            if not any(task.goal is goal for task in self.tasks):
+                names = ", ".join(sorted({entry.model.name for entry in models}))
+                raise InputError(
+                    f"goal {goal.name!r} must hold for a model that is given; there are {names}. Mend its models."
+                )
+        self._last: tuple[bytes, Smooth | None] | None = None
+        self.evaluations = 0
+
+    def at(self, theta: np.ndarray) -> Smooth | None:
+        """Every goal's near-active pieces; None where a loop is unstable or a goal has no value."""
+        key = np.ascontiguousarray(theta).tobytes()
+        if self._last is None or self._last[0] != key:
+            self._last = (key, self._evaluated(theta))
+        return self._last[1]
+
+    def _evaluated(self, theta: np.ndarray) -> Smooth | None:
+        self.evaluations += 1
+        if not self.abscissa.value(theta) < 0:
+            return None
+        K = self.structure.controller(theta)
+        found = Smooth([], [])
+        for task in self.tasks:
+            value = task.bound.evaluate(K)
+            if not math.isfinite(value.value):
+                return None
+            pieces = found.hard if task.goal.hard else found.soft
+            pieces += [(number, self.structure.pullback(theta, G)) for number, G in value.gradients]
+        return found
+
+    def smooth_values(self, theta: np.ndarray) -> list[Value]:
+        """The steering value of each task."""
+        K = self.structure.controller(theta)
+        return [task.bound.evaluate(K) for task in self.tasks]
+
+    def exact_values(self, theta: np.ndarray) -> list[Value]:
+        """The deciding value of each task; every one infinite where a loop is unstable."""
+        K = self.structure.controller(theta)
+        return [task.bound.exact(K) for task in self.tasks]
