@@ -5,7 +5,8 @@
 
 Numbers that a proof starts from (gains, law, plant) are decimal strings: the digits printed, each of which `float`
 reads back as the same double. The digest is the SHA-256 of the canonical JSON (sorted keys, no spaces, UTF-8) of
-everything else, so a changed digit is noticed; promises say what a re-signed table would still have to keep.
+everything else, so a changed digit is noticed; promises say what a re-signed table would still have to keep, and
+`workbench.verify` proves them again from these numbers and those of the certificate.
 Published schema: gain_table.schema.json, beside this file.
 """
 
@@ -21,8 +22,10 @@ from workbench.control import GAIN_UNITS, Gains, ModalLaw
 from workbench.control.discrete import DiscreteLaw, discretise
 from workbench.control.law import Actuator
 from workbench.errors import InputError
+from workbench.export.certificate import certificate_of, plant_part
 from workbench.export.reading import read_mapping, write_text
 from workbench.export.table_schema import (
+    CertificatePart,
     Decimal,
     LawPart,
     Name,
@@ -30,6 +33,7 @@ from workbench.export.table_schema import (
     PlantPart,
     Promise,
     RequirementRecord,
+    SchedulePart,
     Sha256,
     Text,
     Versions,
@@ -66,6 +70,8 @@ class GainTable(Result, Part):
     invariance: Annotated[str, Field(max_length=1000)]
     law: LawPart
     plant: PlantPart | None
+    certificate: CertificatePart | None = None  # tables before it lack it
+    schedule: SchedulePart | None = None
     measured: Annotated[dict[Name, JsonValue], Field(max_length=200)]
     requirements: Annotated[list[RequirementRecord], Field(max_length=200)]
     promises: Annotated[list[Promise], Field(max_length=500)]
@@ -161,11 +167,12 @@ def table_from_design(
         "versions": _versions(), "seed": design.seed, "solver": design.solver, "starts": len(design.starts),
         "gains": {name: repr(value) for name, value in gains.as_dict().items()}, "units": dict(GAIN_UNITS),
         "invariance": _invariance(problem, gains),
-        "law": _law(problem.law, problem.sample_time),
-        "plant": _plant(problem.setting.plant), "measured": measured,
-        "requirements": [v.to_dict() for v in design.requirements],
-        "promises": promises(design), "robustness": plain(dict(robustness or {})),
+        "law": law_part(problem.law, problem.sample_time),
+        "plant": plant_part(problem.setting.plant), "certificate": certificate_of(problem), "schedule": None,
+        "measured": measured, "requirements": [v.to_dict() for v in design.requirements],
+        "promises": [], "robustness": plain(dict(robustness or {})),
     }  # fmt: skip
+    document["promises"] = promises(design, document)
     document["digest"] = digest_of(document)
     return _validated(document, "the design's table")
 
@@ -244,18 +251,14 @@ def _invariance(problem, gains: Gains) -> str:
     return f"{words} Fixed here: {', '.join(fixed) or 'none of them'}."
 
 
-def _law(law: ModalLaw, sample_time: float) -> dict[str, Any]:
+def law_part(law: ModalLaw, sample_time: float) -> dict[str, Any]:
+    """The law part of a gain table."""
     return {
         "positions_m": [[repr(float(x)), repr(float(y))] for x, y in law.positions],
         "depth_m": repr(float(law.depth)),
         "actuators": [{"name": a.name, "signal": a.signal, "lever": repr(float(a.lever))} for a in law.actuators],
         "sample_time_s": repr(float(sample_time)),
     }
-
-
-def _plant(plant: Plant) -> dict[str, Any]:
-    matrices = {k: [[repr(float(x)) for x in row] for row in getattr(plant, k)] for k in "ABCD"}
-    return {"states": list(plant.states), "inputs": list(plant.inputs), "outputs": list(plant.outputs), **matrices}
 
 
 def _versions() -> dict[str, str]:

@@ -1,0 +1,114 @@
+"""`workbench verify`: what it prints, and the exit code that scripts rely on."""
+
+import json
+
+import pytest
+import typer
+
+from workbench.commands.verify import verify as command
+from workbench.errors import InfeasibleError, InputError
+
+
+@pytest.fixture
+def run(capsys):
+    """Exit code, stdout and sentence of the command, as `workbench.cli` turns them out."""
+    app = typer.Typer()
+    app.command()(command)
+
+    def call(*arguments):
+        code, sentence = 0, ""
+        try:
+            app(args=[str(a) for a in arguments], standalone_mode=False)
+        except InfeasibleError as error:
+            code, sentence = 1, str(error)
+        except InputError as error:
+            code, sentence = 2, str(error)
+        return code, capsys.readouterr().out, sentence
+
+    return call
+
+
+@pytest.fixture
+def written(tmp_path):
+    def write(document):
+        path = tmp_path / "gains.json"
+        path.write_text(json.dumps(document))
+        return path
+
+    return write
+
+
+def test_a_good_table_ends_with_zero_and_a_line_for_every_promise(run, written, heave):
+    code, out, sentence = run(written(heave.document))
+    assert (code, sentence) == (0, "")
+    for promise in heave.document["promises"]:
+        assert promise["name"].split(",")[0] in out
+    assert "not proved" not in out
+    assert "fails" not in out
+
+
+def test_json_is_one_document_with_the_keys_that_are_promised(run, written, heave):
+    path = written(heave.document)
+    code, out, _ = run(path, "--json", "--problem", "heave")
+    document = json.loads(out)
+    assert code == 0
+    assert document["table"] == str(path)
+    assert document["digest_ok"] is True
+    assert document["proved"] is True
+    assert document["problem"]["holds"] is True
+    assert document["problem"]["plant_difference"] <= 1e-9
+    for promise in document["promises"]:
+        assert set(promise) == {
+            "name", "sense", "limit", "claimed", "proved", "method", "box", "holds", "verdict", "reason", "seconds"
+        }  # fmt: skip
+        assert promise["claimed"][0] <= promise["proved"][0] <= promise["proved"][1] <= promise["claimed"][1]
+        assert promise["holds"] is True
+    assert json.loads(run(path, "--json")[1])["problem"] is None
+
+
+def test_a_changed_digit_ends_with_one_and_says_which_promise_fails(run, written, heave):
+    def change(document):
+        text = document["gains"]["K_zdot"]
+        document["gains"]["K_zdot"] = text[:-1] + str((int(text[-1]) + 1) % 10)
+
+    code, out, sentence = run(written(heave.changed(change)), "--json")
+    document = json.loads(out)
+    assert code == 1
+    assert document["digest_ok"] is True
+    assert document["proved"] is False
+    assert "does not hold: 'damping ratio' is claimed to lie in" in sentence
+    assert "\n" not in sentence
+    assert document["faults"]
+    unsigned = heave.document
+    change(unsigned)
+    code, out, sentence = run(written(unsigned))
+    assert code == 1
+    assert "the digest must be the SHA-256 of the content" in sentence
+    assert "fails" in out
+
+
+def test_a_table_of_another_problem_ends_with_one(run, written, heave):
+    code, out, sentence = run(written(heave.document), "--problem", "heave_pitch", "--json")
+    assert code == 1
+    assert "the data of 'heave_pitch' must be those the table was made from" in sentence
+    document = json.loads(out)
+    assert document["proved"] is False
+    assert document["problem"]["data_sha256_ok"] is False
+
+
+def test_bad_input_ends_with_two_and_one_sentence(run, tmp_path):
+    path = tmp_path / "bad.json"
+    path.write_text("[]")
+    assert run(path)[0] == 2
+    code, out, sentence = run(tmp_path / "none.json")
+    assert (code, out) == (2, "")
+    assert "must be a readable file" in sentence
+    code, _, sentence = run(path, "--speed", "100")
+    assert code == 2
+    assert "--speed must come with --problem" in sentence
+
+
+def test_an_unknown_problem_ends_with_two(run, written, heave):
+    code, _, sentence = run(written(heave.document), "--problem", "heav")
+    assert code == 2
+    assert "did you mean 'heave'" in sentence

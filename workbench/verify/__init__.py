@@ -1,0 +1,8 @@
+"""The independent checker of gain tables: python-flint and the standard library, nothing else of the workbench.
+
+    file --reading--> document, digest --table--> exact rationals --law, loop--> closed loop of each group
+      --pole, sensitivity, delay, static, variance--> enclosures --promise--> what the table promises, proved or not
+
+A second reading of the same definitions, in exact or ball arithmetic from the decimals as printed: no optimiser, no
+CasADi, no floating point in anything that decides.
+"""
