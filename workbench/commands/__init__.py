@@ -12,6 +12,8 @@ from workbench.commands.motor import motor
 from workbench.commands.problems import problems
 from workbench.commands.propulsion import noise, propulsion
 from workbench.commands.reproduce import reproduce
+from workbench.commands.study import study
+from workbench.commands.verify import verify
 
 COMMANDS: list[Callable] = [
     problems,
@@ -24,5 +26,7 @@ COMMANDS: list[Callable] = [
     propulsion,
     noise,
     reproduce,
+    verify,
     export,
+    study,
 ]

@@ -12,7 +12,10 @@ Name = Annotated[str, typer.Argument(metavar="PROBLEM", help="A shipped problem,
 
 Speed = Annotated[
     float | None,
-    typer.Option(help="Speed of the operating point [m/s]; the data's if left out. Needs a force law from coils."),
+    typer.Option(
+        help="Speed of the operating point [m/s]; the data's if left out. Needs a force law from coils. Gains that are "
+        "scheduled over speed are taken there."
+    ),
 ]
 
 
@@ -33,7 +36,7 @@ def analyse(
     from workbench.result import figure
 
     loaded = load_problem(problem, speed=speed)
-    chosen = read_gains(gains) if gains else loaded.approved
+    chosen = read_gains(gains, speed=loaded.setting.speed) if gains else loaded.approved
     if chosen is None:
         raise InputError(
             f"problem {problem!r} has no approved gains; give some with --gains FILE, "

@@ -22,58 +22,152 @@ def design(
     trade_off: Annotated[
         bool, typer.Option(help="Sweep the cost against the allowed peak sensitivity for the report.")
     ] = True,
+    robust: Annotated[
+        bool | None,
+        typer.Option(
+            help="Keep damping, decay, sensitivity and delay margin for every vehicle of a box, found by searching its "
+            "worst ones: the data's [variation] and [[model]] blocks, else the standard box (mass ±15 %, centre of "
+            "gravity ±0.5 m, inertias ±10 %, current force ±10 %, gap force ±8 %). By the data if left out."
+        ),
+    ] = None,
     speed: Speed = None,
     json: Json = False,
 ) -> None:
-    """Optimises, verifies, writes the gain table and the report."""
+    """Optimises, verifies, writes the gain table and the report.
+
+    A problem with a [schedule] gets gains that are polynomials of the speed, checked over its whole range; its
+    requirements hold at cruise. With --speed, or --robust, one set of gains for one speed instead.
+    """
     from workbench.commands.output import emit_json, emit_rows, emit_table, progress
     from workbench.design.design import design as solve
     from workbench.design.robustness import robustness
     from workbench.export.problem import load_problem
     from workbench.export.reading import check_writable, write_text
     from workbench.export.report import report_html
+    from workbench.export.report_schedule import with_schedule
     from workbench.export.table import signed, table_from_design, table_json
+    from workbench.export.table_schema import SchedulePart
     from workbench.result import figure
     from workbench.vehicle import varied
 
     loaded = load_problem(problem, speed=speed).with_fixed(parse_fixed(fix))
     check_writable(out)
+    scheduled = borne = None
     with progress(json) as show:
-        start = show("starts", starts)
-        result = solve(
-            loaded,
-            starts=starts,
-            seed=seed,
-            solver=solver,
-            workers=os.cpu_count() or 1,
-            on_start=lambda s: start(f"cost {s.cost:.4g}"),
-        )
+        step = show("starts", starts)
+        options = {"starts": starts, "seed": seed, "solver": solver, "workers": os.cpu_count() or 1}
+        if robust or (robust is None and loaded.variation is not None):
+            borne = _robust(loaded, options, lambda s: step(f"cost {s.cost:.4g}"), show)
+            result = borne.design
+        elif loaded.plan is not None and speed is None:
+            scheduled = _scheduled(loaded, options, lambda s: step(f"cost {s.cost:.4g}"), show)
+            result = scheduled.cruise
+        else:
+            result = solve(loaded, **options, on_start=lambda s: step(f"cost {s.cost:.4g}"))
         cases = robustness(loaded, result.gains, varied)
-        curve = _curve(loaded, result.gains, show) if trade_off else None
+        curve = _curve(loaded, result.gains, show) if trade_off and borne is None and scheduled is None else None
     kept = {c.name: c.to_dict() for c in cases}
-    table = signed(table_from_design(result, robustness=kept))
-    page = report_html(result, trade_off=curve, robustness=kept, table=table)
+    evidence = scheduled or borne or result
+    more = {} if borne is None else {f"worst {w.verdict.name} of many models": _worst(w) for w in borne.worst}
+    table = table_from_design(result, robustness=kept | more)
+    if scheduled is not None:
+        table = table.model_copy(update={"schedule": SchedulePart(**scheduled.schedule.to_dict())})
+    table = signed(table)
+    page = report_html(result, trade_off=curve, robustness=kept | more, table=table)
+    page = page if scheduled is None else with_schedule(page, scheduled)
     path, report = out / "gains.json", out / "report.html"
     write_text(report, page)  # both are complete before either is written
     write_text(path, table_json(table))
     if json:
-        emit_json(
-            {**result.to_dict(), "robustness": [c.to_dict() for c in cases], "table": str(path), "report": str(report)}
-        )
+        places = {"table": str(path), "report": str(report)}
+        emit_json({**evidence.to_dict(), "robustness": [c.to_dict() for c in cases], **places})
         return
     emit_rows(loaded.title, result.gains.rows())
     emit_table(
-        f"Requirements: cost J = {result.analysis.cost:.4g}", ("requirement", "limit", "value", "met", "where"),
+        f"Requirements{_where(scheduled)}: cost J = {result.analysis.cost:.4g}",
+        ("requirement", "limit", "value", "met", "where"),
         [
             (v.name, f"{v.sense} {v.limit:g} {v.unit}", figure(v.value), figure(v.met), v.where)
             for v in result.requirements
         ],
     )  # fmt: skip
+    if scheduled is not None:
+        _print_schedule(scheduled)
+    if borne is not None:
+        _print_worst(borne)
     emit_table(
         "Robustness", ("case", "stable", "damping", *(f"peak sensitivity, {g}" for g in cases[0].peak_sensitivity)),
         [(c.name, figure(c.stable), figure(c.damping), *map(figure, c.peak_sensitivity.values())) for c in cases],
     )  # fmt: skip
     typer.echo(f"gain table  {path}\nreport      {report}")
+
+
+def _robust(problem, options, on_start, show):
+    """Gains for many models: the data's variation, or the standard box."""
+    from workbench.design.model import STANDARD_BOX, Variation
+    from workbench.design.robust import ROUNDS, robust_design
+
+    step = show("worst models", ROUNDS)
+    variation = problem.variation or Variation(box=STANDARD_BOX)
+    return robust_design(problem, variation, **options, on_start=on_start, on_round=lambda n, words: step(words[:60]))
+
+
+def _scheduled(problem, options, on_start, show):
+    """A schedule over the range that the data ask for."""
+    from workbench.design.scheduled import ROUNDS, schedule_design
+
+    step = show("dense check", ROUNDS)
+    return schedule_design(problem, **options, on_start=on_start, on_round=lambda n, words: step(words[:60]))
+
+
+def _where(scheduled) -> str:
+    return "" if scheduled is None else f" at {scheduled.problem.setting.speed:g} m/s"
+
+
+def _print_schedule(scheduled) -> None:
+    """Polynomials and the worst margins over the range."""
+    from workbench.commands.output import emit_table
+    from workbench.control.gains import GAIN_UNITS
+    from workbench.result import figure
+
+    s = scheduled.schedule
+    emit_table(
+        f"Schedule: polynomials of t = (v − {s.centre:g} m/s) / {s.scale:g} m/s, {s.range[0]:g} … {s.range[1]:g} m/s",
+        ("gain", *(f"t^{k}" for k in range(s.degree + 1)), "unit"),
+        [(name, *(f"{c:.6g}" for c in s.coefficients[name]), unit) for name, unit in GAIN_UNITS.items()],
+    )
+    emit_table(
+        f"Margins at {len(scheduled.margins[0].speed)} speeds, tuned at {len(s.points)}",
+        ("margin", "limit", "worst", "at [m/s]", "met"),
+        [
+            (m.name, f"{m.sense} {m.limit:g} {m.unit}", figure(m.worst[0]), figure(m.worst[1]), figure(m.met))
+            for m in scheduled.margins
+        ],
+    )
+
+
+def _worst(worst) -> dict:
+    """What a gain table keeps of a worst model."""
+    v = worst.verdict
+    return {"limit": v.limit, "value": v.value, "met": v.met, "where": v.where, **worst.values}
+
+
+def _print_worst(borne) -> None:
+    """The worst model of each requirement, and what bearing them costs."""
+    from workbench.commands.output import emit_table
+    from workbench.design.model import sentence
+    from workbench.result import figure
+
+    cost = figure(borne.nominal_cost)
+    emit_table(
+        f"Worst of {borne.looked_at} models, designed for {len(borne.visited)}; J of the nominal vehicle alone {cost}",
+        ("requirement", "limit", "worst", "met", "model"),
+        [
+            (v.name, f"{v.sense} {v.limit:g} {v.unit}", figure(v.value), figure(v.met), sentence(w.values))
+            for w in borne.worst
+            for v in [w.verdict]
+        ],
+    )
 
 
 def _curve(problem, gains, show):

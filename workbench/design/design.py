@@ -5,7 +5,7 @@
 When none does: which requirement binds, where, and by how much it misses.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 
@@ -114,6 +114,7 @@ def design(
     start: Gains | None = None,
     workers: int = 1,
     on_start: Callable[[Start], None] | None = None,
+    models: Sequence[Mapping[str, float]] | None = None,
 ) -> Design:
     """Chooses the free parameters of a problem to minimise J subject to its requirements.
 
@@ -127,6 +128,8 @@ def design(
     workers : processes among which the starts are shared; a script that asks for more than one needs the usual
         `if __name__ == "__main__"`. The starts do not depend on it.
     on_start : called after each start, for progress
+    models : vehicles that must keep damping, decay, sensitivity and delay margin as well, as values of
+        `design.model.PARAMETERS`; boxes, other limits and costs, and the evidence: `design.robust.robust_design`
 
     Raises
     ------
@@ -139,11 +142,18 @@ def design(
         raise InputError(f"the number of starts must be at least 1; got {starts}.")
     from threadpoolctl import threadpool_limits
 
+    if models:
+        from workbench.design.model import Variation, sentence
+        from workbench.design.robust import robust_design
+
+        named = {f"{k + 1}: {sentence(values)}": values for k, values in enumerate(models)}
+        options = {"starts": starts, "seed": seed, "solver": solver, "workers": workers, "on_start": on_start}
+        return robust_design(problem, Variation(models=named), start=start, **options).design
     programme = Programme(problem, back_off=BACK_OFFS[0])  # refuses what cannot be designed, before any process starts
-    jobs = _jobs(problem, starts, seed, solver, start)
+    jobs = jobs_of(problem, starts, seed, solver, start)
     with threadpool_limits(1):  # matrices of order 15 are slower on two threads than on one
-        outcomes, log = _relaxed_starts(problem, jobs, workers, on_start)
-        return _finished(problem, programme, [o.x for o in _distinct(outcomes)[:FINISHED]], tuple(log), seed, solver)
+        outcomes, log = relaxed_starts(problem, jobs, workers, on_start)
+        return finished(problem, programme, [o.x for o in distinct(outcomes)[:FINISHED]], tuple(log), seed, solver)
 
 
 def refine(problem: Problem, start: Gains, *, solver: str = "slsqp") -> Design:
@@ -155,16 +165,16 @@ def refine(problem: Problem, start: Gains, *, solver: str = "slsqp") -> Design:
 
     with threadpool_limits(1):
         programme = Programme(problem, back_off=BACK_OFFS[0])
-        return _finished(problem, programme, [programme.x(start)], (), 0, solver)
+        return finished(problem, programme, [programme.x(start)], (), 0, solver)
 
 
-def _finished(
+def finished(
     problem: Problem, programme: Programme, candidates, log: tuple[Start, ...], seed: int, solver: str
 ) -> Design:
     """Candidates brought to the wanted limits and verified; the cheapest that meets everything."""
     peaks = lambda x: exact_peaks(problem, programme.gains(x))  # noqa: E731
-    finished = [finish(programme, x, peaks, solver=solver) for x in candidates]
-    for outcome in sorted((o for o in finished if o.feasible), key=lambda o: o.cost):
+    ended = [finish(programme, x, peaks, solver=solver) for x in candidates]
+    for outcome in sorted((o for o in ended if o.feasible), key=lambda o: o.cost):
         found = _verified(problem, programme, outcome, solver)
         if found is not None:
             gains, analysis, judged = found
@@ -172,13 +182,13 @@ def _finished(
                 problem=problem, gains=gains, analysis=analysis, requirements=judged, starts=log,
                 binding=outcome.binding, seed=seed, solver=solver,
             )  # fmt: skip
-    raise _infeasible(problem, programme, [*candidates, *(o.x for o in finished)])
+    raise _infeasible(problem, programme, [*candidates, *(o.x for o in ended)])
 
 
 Job = tuple[Gains, float, np.random.SeedSequence, str]  # centre, spread, seed, solver
 
 
-def _jobs(problem: Problem, starts: int, seed: int, solver: str, start: Gains | None) -> list[Job]:
+def jobs_of(problem: Problem, starts: int, seed: int, solver: str, start: Gains | None) -> list[Job]:
     """The starts: around the centre and around its mirror image in turn."""
     centre = start or Gains(**(SPLIT_CENTRE if problem.law.split else CENTRE))
     mirrored = centre.with_values(**{name: -getattr(centre, name) for name in MIRRORED if name in problem.free})
@@ -189,7 +199,7 @@ def _jobs(problem: Problem, starts: int, seed: int, solver: str, start: Gains | 
     return jobs
 
 
-def _relaxed_starts(problem: Problem, jobs, workers: int, on_start) -> tuple[list[Outcome], list[Start]]:
+def relaxed_starts(problem: Problem, jobs, workers: int, on_start) -> tuple[list[Outcome], list[Start]]:
     """Every start with the sensitivity relaxed; an interrupt keeps what was finished, if anything was."""
     outcomes: list[Outcome] = []
     log: list[Start] = []
@@ -229,7 +239,7 @@ class _Runner:
 
 def _bare(problem: Problem) -> Problem:
     """The problem without what a start does not need, so that it travels to another process."""
-    return replace(problem, vehicle=None, rebuild=None)
+    return replace(problem, vehicle=None, rebuild=None, elsewhere=None, variation=None, plan=None)
 
 
 _prepared: list[_Runner] = []  # of a worker process; one at most
@@ -250,7 +260,7 @@ def _entry(number: int, o: Outcome) -> Start:
     return Start(number=number, cost=o.cost, violation=o.violation, evaluations=o.evaluations, message=o.message)
 
 
-def _distinct(outcomes: list[Outcome]) -> list[Outcome]:
+def distinct(outcomes: list[Outcome]) -> list[Outcome]:
     """Nearly feasible outcomes by cost, then the others by violation; of those that cost the same, the first."""
 
     def rank(o: Outcome) -> tuple[bool, float]:
@@ -301,7 +311,7 @@ def _infeasible(problem: Problem, programme: Programme, points: list[np.ndarray]
     tried = [*points, *(least_violation(programme, x).x for x in points)]
     best: tuple[float, list[Verdict]] | None = None
     for x in tried:
-        if programme.abscissa(programme.theta(x)) >= 0:
+        if programme.growth(x) >= 0:
             continue
         analysis = analyse(problem.setting, rounded(programme.gains(x)), problem.name)
         missed = sorted((v for v in verdicts(problem, analysis) if not v.met), key=lambda v: -_miss(v))

@@ -20,11 +20,13 @@ class Problem(Result):
     name, title : for people
     setting : plant, law and guideway at the operating point
     vehicle, rebuild : what the plant was linearised from, and the function that makes a Setting of such a vehicle
+    elsewhere : values of `design.model.PARAMETERS` -> (vehicle, Setting) under them
     requirements : limits
     bounds : allowed interval of each free parameter;  fixed : value of each other parameter
     approved : gains last approved, if any
     sample_time : of the discrete filters [s]
     data_sha256 : of the data file;  sources : block name to source
+    variation : `design.model.Variation` that the gains must bear;  plan : `design.scheduled.Plan` of a gain schedule
     """
 
     name: str
@@ -39,6 +41,9 @@ class Problem(Result):
     sample_time: float
     data_sha256: str
     sources: Mapping[str, str]
+    elsewhere: Callable[[Mapping[str, float]], tuple[Any, Setting]] | None = None
+    variation: Any = None
+    plan: Any = None
 
     def __post_init__(self) -> None:
         for name in (*self.bounds, *self.fixed):
@@ -96,9 +101,22 @@ class Problem(Result):
             raise InputError(f"problem {self.name!r} holds a plant without a vehicle behind it; give the plant itself.")
         return replace(self, vehicle=vehicle, setting=self.rebuild(vehicle))
 
+    def at(self, values: Mapping[str, float]) -> "Problem":
+        """The same problem with other values of `design.model.PARAMETERS`: speed, mass, forces and so on."""
+        if self.elsewhere is None:
+            raise InputError(f"problem {self.name!r} holds one plant alone; give a vehicle to vary, or plants.")
+        vehicle, setting = self.elsewhere(values)
+        return replace(self, vehicle=vehicle, setting=setting)
+
     def with_requirements(self, requirements) -> "Problem":
         """The same problem with other limits."""
         return replace(self, requirements=tuple(requirements))
+
+    def explore(self, gains: Gains | None = None, *, state=None):
+        """Sliders for the seventeen parameters and the operating point, in a notebook; see `workbench.explore`."""
+        from workbench.explore import explore
+
+        return explore(self, gains, state=state)
 
     def rows(self) -> list[Row]:
         return [

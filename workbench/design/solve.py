@@ -177,13 +177,13 @@ def stable_start(programme: Programme, centre: np.ndarray, generator: np.random.
     best, least = centre, np.inf
     for _ in range(TRIES if spread > 0 else 1):
         x = np.clip(centre + spread * generator.standard_t(2, size=len(centre)), low, high)
-        decay = programme.abscissa(programme.theta(x))
+        decay = programme.growth(x)
         if decay < STABLE_BY:
             return x
         if decay < least:
             best, least = x, decay
     x = _stabilised(programme, best)
-    if programme.abscissa(programme.theta(x)) >= 0:
+    if programme.growth(x) >= 0:
         raise InputError(
             f"no stable start was found in {TRIES} tries around the given gains "
             f"(best largest real part {least:.3g} 1/s); "
@@ -202,7 +202,7 @@ def _stabilised(programme: Programme, x: np.ndarray) -> np.ndarray:
 
     low, high = programme.bounds()
     result = minimize(
-        lambda z: programme.abscissa(programme.theta(np.clip(z, low, high))), x, method="Nelder-Mead",
+        lambda z: programme.growth(np.clip(z, low, high)), x, method="Nelder-Mead",
         options={"maxfev": 3000, "fatol": 1e-4},
     )  # fmt: skip
     return np.clip(result.x, low, high)
@@ -230,7 +230,7 @@ def finish(programme: Programme, x: np.ndarray, peaks: Peaks, *, solver: str = "
         outcome = minimise(programme, x, solver=solver)
         x = outcome.x
     for _ in range(EXCHANGES):
-        if programme.abscissa(programme.theta(x)) >= 0:
+        if programme.growth(x) >= 0:
             break
         above = [(group, omega) for group, omega, value in peaks(x) if value > wanted]
         if not above:

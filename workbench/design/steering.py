@@ -15,7 +15,7 @@ from workbench.analysis.comfort_summary import mask_for
 from workbench.analysis.motor import current_at_3_sigma, slope_at_3_sigma
 from workbench.constants import GRAVITY
 from workbench.control.gains import GAIN_NAMES, TIME_CONSTANTS, Gains
-from workbench.design.measures import GAPS, MOTOR_SQUARES, GroupMeasures, static_error_function
+from workbench.design.measures import GAPS, MOTOR_SQUARES, STEERING, Grid, GroupMeasures, static_error_function
 from workbench.design.problem import Problem
 from workbench.design.requirement import MOTOR_CURRENT, RIDE_MASKS
 from workbench.errors import InputError
@@ -45,10 +45,28 @@ class Point:
     names: tuple[str, ...]
 
 
-class Programme:
-    """The nonlinear programme of a problem; evaluations are remembered, since solvers ask in turn."""
+@dataclass(frozen=True, slots=True)
+class Measured:
+    """Cost J and named constraint rows at one set of the seventeen parameters, with derivatives by them.
 
-    def __init__(self, problem: Problem, *, back_off: float = 0.002, sensitivity_limit: float | None = None) -> None:
+    cost_slope : (17,);  rows : name to (values (k,), derivatives (k, 17)), >= 0 where met, relative to the limit
+    """
+
+    cost: float
+    cost_slope: np.ndarray
+    rows: list[tuple[str, np.ndarray, np.ndarray]]
+
+
+class Programme:
+    """The nonlinear programme of a problem; evaluations are remembered, since solvers ask in turn.
+
+    grid : frequencies of the quadrature and of the sensitivity
+    """
+
+    def __init__(
+        self, problem: Problem, *, back_off: float = 0.002, sensitivity_limit: float | None = None,
+        grid: Grid = STEERING,
+    ) -> None:  # fmt: skip
         if not problem.free:
             raise InputError(f"problem {problem.name!r} has no free parameter; free at least one gain.")
         if any(s.direct for s in problem.subjects):
@@ -65,7 +83,7 @@ class Programme:
             if problem.fixed.get(name, 1.0) <= 0:
                 raise InputError(f"{name} must be positive in a design; got {problem.fixed[name]!r} s under [fixed].")
         self.problem = problem
-        self.groups = [GroupMeasures(problem.setting, s) for s in problem.subjects]
+        self.groups = [GroupMeasures(problem.setting, s, grid) for s in problem.subjects]
         self.free = [GAIN_NAMES.index(name) for name in problem.free]
         self._log = np.array([GAIN_NAMES[k] in TIME_CONSTANTS for k in self.free])
         self._typical = np.array([TYPICAL.get(GAIN_NAMES[k], 1.0) for k in self.free])
@@ -135,13 +153,32 @@ class Programme:
             self._known = (key, self._evaluate(np.asarray(x, float)))
         return self._known[1]
 
+    def growth(self, x: np.ndarray) -> float:
+        """Largest real part of an eigenvalue at x [1/s]."""
+        return self.abscissa(self.theta(x))
+
     def abscissa(self, theta: np.ndarray) -> float:
-        """Largest real part of an eigenvalue."""
+        """Largest real part of an eigenvalue [1/s]."""
         return float(max(np.linalg.eigvals(g.state_matrix(theta)).real.max() for g in self.groups))
+
+    def slope(self, x: np.ndarray) -> np.ndarray:
+        """(free,) derivative of each free parameter by its own variable, at x."""
+        return np.where(self._log, self.theta(x)[self.free], self._typical)
 
     def _evaluate(self, x: np.ndarray) -> Point:
         self.evaluations += 1
-        theta = self.theta(x)
+        measured, inner = self.measure(self.theta(x)), self.slope(x)
+        names, values, jacobians = zip(*measured.rows, strict=True)
+        return Point(
+            float(np.log(measured.cost)),
+            measured.cost_slope[self.free] / measured.cost * inner,
+            np.concatenate(values),
+            np.vstack([np.atleast_2d(j) for j in jacobians])[:, self.free] * inner,
+            tuple(name for name, value in zip(names, values, strict=True) for _ in value),
+        )
+
+    def measure(self, theta: np.ndarray) -> Measured:
+        """Cost and constraint rows at the seventeen parameters, with their derivatives."""
         squares: dict[str, float] = {}
         slopes: dict[str, np.ndarray] = {}
         rows: list[tuple[str, np.ndarray, np.ndarray]] = []
@@ -157,13 +194,8 @@ class Programme:
                     [self._sensed[number], np.ones(len(peak.value) - len(self._sensed[number]), bool)]
                 )
                 limit = (self.sensitivity_limit * (1 - self.back_off)) ** 2
-                rows.append(
-                    (
-                        f"peak sensitivity of {group.subject.name}",
-                        1 - peak.value[kept] / limit,
-                        -peak.gradient[kept] / limit,
-                    )
-                )
+                name = f"peak sensitivity of {group.subject.name}"
+                rows.append((name, 1 - peak.value[kept] / limit, -peak.gradient[kept] / limit))
         rows += self._square_rows(squares, slopes)
         rows += self._mask_rows()
         static, static_slope = (m.full() for m in self._static(theta))
@@ -172,15 +204,7 @@ class Programme:
         felt = [name for name in squares if name.startswith("acceleration") and name.rsplit(", ", 1)[1] in COST_POINTS]
         cost = COST_SCALE / GRAVITY**2 * sum(squares[name] for name in felt)
         cost_slope = COST_SCALE / GRAVITY**2 * sum(slopes[name] for name in felt)
-        inner = np.where(self._log, theta[self.free], self._typical)
-        names, values, jacobians = zip(*rows, strict=True)
-        return Point(
-            float(np.log(cost)),
-            cost_slope[self.free] / cost * inner,
-            np.concatenate(values),
-            np.vstack([np.atleast_2d(j) for j in jacobians])[:, self.free] * inner,
-            tuple(name for name, value in zip(names, values, strict=True) for _ in value),
-        )
+        return Measured(float(cost), np.asarray(cost_slope), rows)
 
     def _pole_rows(self, group: GroupMeasures, theta: np.ndarray):
         values, slopes = group.eigenvalues(theta)

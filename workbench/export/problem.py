@@ -5,6 +5,7 @@ problems/<name>/data.toml --schema--> ProblemFile --problem.py--> design.Problem
 
 import hashlib
 import importlib.util
+from collections.abc import Mapping
 from dataclasses import replace
 from importlib.resources import files
 from pathlib import Path
@@ -14,8 +15,11 @@ from pydantic import ValidationError
 from workbench.analysis.setting import MotorPoint, Setting
 from workbench.constants import GRAVITY
 from workbench.control import Gains, ModalLaw
+from workbench.control.schedule import Schedule
+from workbench.design.model import STABILITY, Box, Variation
 from workbench.design.problem import Problem
 from workbench.design.requirement import QUANTITIES, Requirement
+from workbench.design.scheduled import Plan
 from workbench.errors import InputError, unknown_name
 from workbench.export.physics import CornerBlock, OperatingPointBlock, level_flight, printed_law
 from workbench.export.reading import read_mapping, read_text
@@ -24,10 +28,12 @@ from workbench.forces.motor import HybridMotor, VehicleCoil, Winding
 from workbench.guideway.irregularity import TYPES
 from workbench.guideway.roughness import Roughness
 from workbench.guideway.spectrum import PowerLaw
-from workbench.vehicle import Extras, Vehicle, current_forces
+from workbench.vehicle import Extras, Vehicle, current_forces, varied
 from workbench.vehicle.drive import MotorDrive, with_motor
 from workbench.vehicle.flight import Flight
 from workbench.vehicle.operating import OperatingPoint, operating_point
+
+FACTORS = ("mass", "roll_inertia", "pitch_inertia", "yaw_inertia", "current_force", "gap_force")  # of `varied`
 
 
 def shipped_folder() -> Path:
@@ -74,11 +80,13 @@ def load_problem(name: str, *, speed: float | None = None) -> Problem:
     text = read_text(folder / "data.toml")
     data = parse_problem(read_mapping(folder / "data.toml"), str(folder / "data.toml"))
     approved = folder / "approved.json"
+    point = data.operating_point
+    own = point.speed_m_s if point and point.speed_m_s is not None else data.vehicle.speed_m_s
     whole = ProblemData(
         data,
         folder.resolve().name,
         hashlib.sha256(text.encode()).hexdigest(),
-        read_gains(approved) if approved.is_file() else None,
+        _approved(approved, own if speed is None else speed) if approved.is_file() else None,
     )
     problem = _builder(folder)(whole if speed is None else whole.at_speed(speed))
     if not isinstance(problem, Problem):
@@ -109,9 +117,21 @@ class ProblemData:
         given = self.file.operating_point
         point = given or OperatingPointBlock(source="speed asked for, at otherwise nominal flight")
         point = point.model_copy(update={"speed_m_s": float(speed)})
-        return ProblemData(
-            self.file.model_copy(update={"operating_point": point}), self.name, self.sha256, self.approved
-        )
+        return ProblemData(self.file.model_copy(update={"operating_point": point}), *self._rest)
+
+    def elsewhere(self, values: Mapping[str, float]) -> tuple[Vehicle, Setting]:
+        """Vehicle and setting under values of `design.model.PARAMETERS`; the control law keeps its nominal places."""
+        data = self.at_speed(values["speed_m_s"]) if "speed_m_s" in values else self
+        if values.get("cg_forward_m", 0.0):
+            given = data.file.operating_point or OperatingPointBlock(source="centre of gravity moved")
+            point = given.model_copy(update={"cg_forward_m": given.cg_forward_m + values["cg_forward_m"]})
+            data = ProblemData(data.file.model_copy(update={"operating_point": point}), *data._rest)
+        vehicle = varied(data.vehicle(), **{n: values[n] for n in FACTORS if n in values})
+        return vehicle, data.setting(vehicle)
+
+    @property
+    def _rest(self) -> tuple[str, str, Gains | None]:
+        return self.name, self.sha256, self.approved
 
     def flight(self) -> Flight | None:
         """Level flight at the operating point; None where the force law is given by coefficients, at one gap."""
@@ -144,10 +164,7 @@ class ProblemData:
 
     def requirements(self) -> tuple[Requirement, ...]:
         """The limits in SI units, in the order of `QUANTITIES`."""
-        given = self.file.requirements.limits() if self.file.requirements else {}
-        return tuple(
-            Requirement(name, given[key] * factor) for name, (_, _, key, factor) in QUANTITIES.items() if key in given
-        )
+        return _limits(self.file.requirements.limits() if self.file.requirements else None) or ()
 
     def points(self) -> dict[str, tuple[float, float, float]]:
         """Places at which the ride is judged, (x, y, z) from the cg [m]."""
@@ -218,12 +235,47 @@ class ProblemData:
         vehicle = self.vehicle()
         return Problem(
             name=self.name, title=d.problem.title, setting=self.setting(vehicle), vehicle=vehicle, rebuild=self.setting,
+            elsewhere=self.elsewhere, variation=self.variation(), plan=self.plan(),
             requirements=self.requirements(), bounds=bounds, fixed=fixed,
             approved=Gains.from_mapping(fixed) if not bounds else self.approved,
             sample_time=d.discretisation.sample_time_s,
             data_sha256=self.sha256,
-            sources={n: block.source for n in d.__class__.model_fields if (block := getattr(d, n)) is not None},
+            sources={n: s for n in d.__class__.model_fields if (s := _source(getattr(d, n)))},
         )  # fmt: skip
+
+    def variation(self) -> Variation | None:
+        """What the gains must bear, from [variation] and [[model]]; None where neither is given."""
+        v, models = self.file.variation, {m.name: m.values() for m in self.file.model}
+        if v is None and not models:
+            return None
+        intervals = v.intervals() if v else {}
+        return Variation(
+            box=Box(intervals) if intervals else None, models=models, requirements=_limits(v.limits if v else None),
+            cost=v.cost if v else "nominal",
+        )  # fmt: skip
+
+    def plan(self) -> Plan | None:
+        """The schedule asked for under [schedule]; its margins are the problem's own where it names none."""
+        s = self.file.schedule
+        if s is None:
+            return None
+        asked = _limits(s.limits) or tuple(r for r in self.requirements() if r.name in STABILITY)
+        return Plan(range=s.range_m_s, requirements=asked, degree=s.degree, points=s.points, dense=s.checked_speeds)
+
+
+def _limits(given: dict[str, float] | None) -> tuple[Requirement, ...] | None:
+    """Limits under the keys of data files, as requirements; None where none are given."""
+    if not given:
+        return None
+    return tuple(
+        Requirement(name, given[key] * factor) for name, (_, _, key, factor) in QUANTITIES.items() if key in given
+    )
+
+
+def _source(block) -> str:
+    """The source of a block, of the first of a list of blocks; nothing for an absent one."""
+    first = block[0] if isinstance(block, tuple) and block else block
+    return getattr(first, "source", "")
 
 
 def _motor_point(drive: MotorDrive) -> MotorPoint:
@@ -233,16 +285,36 @@ def _motor_point(drive: MotorDrive) -> MotorPoint:
     )  # fmt: skip
 
 
-def read_gains(path: Path) -> Gains:
-    """Gains from a gain table or from a TOML or JSON mapping of the seventeen names."""
+def read_gains(path: Path, *, speed: float | None = None) -> Gains:
+    """Gains from a gain table or from a TOML or JSON mapping of the seventeen names.
+
+    speed : where a table holds a schedule, the speed [m/s] its gains are taken at; those of the table if left out
+    """
     mapping = read_mapping(path)
     inner = mapping.get("gains", mapping)
     if not isinstance(inner, dict):
         raise InputError(f"'gains' in {path} must be a mapping of the seventeen names; got a {type(inner).__name__}.")
     try:
+        if speed is not None and mapping.get("schedule") is not None:
+            return Schedule.from_dict(mapping["schedule"]).gains_at(speed)
         return Gains.from_mapping({name: _number(name, value) for name, value in inner.items()})
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
+
+
+def read_schedule(path: Path) -> Schedule | None:
+    """The schedule in a gain table; None where it holds one set of gains."""
+    part = read_mapping(path).get("schedule")
+    return None if part is None else Schedule.from_dict(part)
+
+
+def _approved(path: Path, speed: float) -> Gains | None:
+    """The approved gains at a speed; None where an approved schedule does not reach it."""
+    schedule = read_schedule(path)
+    if schedule is None:
+        return read_gains(path)
+    low, high = schedule.range
+    return schedule.gains_at(speed) if low <= speed <= high else None
 
 
 def _number(name: str, value) -> float:

@@ -5,9 +5,10 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from workbench.control.gains import GAIN_NAMES
+from workbench.design.model import PARAMETERS, STABILITY
 from workbench.design.requirement import QUANTITIES
 from workbench.export.block import Block, Finite, NotNegative, Positive, Source, Switch
-from workbench.export.physics import ForceLawBlock, OperatingPointBlock, VehicleBlock
+from workbench.export.physics import CornerBlock, ForceLawBlock, OperatingPointBlock, VehicleBlock
 
 Interval = tuple[Finite, Finite]
 
@@ -156,6 +157,87 @@ class FixedBlock(GainsBlock):
     __pydantic_extra__: dict[str, Finite]
 
 
+Rising = tuple[Positive, Positive]
+Limits = dict[str, Positive]
+
+
+class ModelBlock(Block):
+    """One vehicle that the gains must bear: factors on the nominal numbers, unless the key names a unit."""
+
+    name: Annotated[str, Field(min_length=1, max_length=60)]
+    mass: Positive = 1.0
+    cg_forward_m: Finite = 0.0
+    roll_inertia: Positive = 1.0
+    pitch_inertia: Positive = 1.0
+    yaw_inertia: Positive = 1.0
+    current_force: Positive = 1.0
+    gap_force: Positive = 1.0
+    vertical_sensors: Positive = 1.0
+    lateral_sensors: Positive = 1.0
+    speed_m_s: Positive | None = None
+
+    def values(self) -> dict[str, float]:
+        """Parameter to value, of those given."""
+        return {n: getattr(self, n) for n in PARAMETERS if n in self.model_fields_set and getattr(self, n) is not None}
+
+
+class VariationBlock(Block):
+    """Intervals in which the gains must keep their margins, worst case; limits of every model where they differ."""
+
+    mass: Rising | None = None
+    cg_forward_m: Interval | None = None
+    roll_inertia: Rising | None = None
+    pitch_inertia: Rising | None = None
+    yaw_inertia: Rising | None = None
+    current_force: Rising | None = None
+    gap_force: Rising | None = None
+    vertical_sensors: Rising | None = None
+    lateral_sensors: Rising | None = None
+    speed_m_s: Rising | None = None
+    cost: Literal["nominal", "worst", "mean"] = "nominal"
+    limits: Limits = Field(default={}, max_length=20)
+
+    @model_validator(mode="after")
+    def known(self) -> "VariationBlock":
+        """Intervals that rise, of something, and limits of quantities that can be judged."""
+        _check_limits(self.limits, {key for _, _, key, _ in QUANTITIES.values()})
+        for name, (low, high) in self.intervals().items():
+            if not low < high:
+                raise ValueError(f"the interval of {name} must rise; got [{low:g}, {high:g}]")
+        if not self.intervals():
+            raise ValueError("a variation must name at least one interval, such as mass = [0.85, 1.15]")
+        return self
+
+    def intervals(self) -> dict[str, tuple[float, float]]:
+        """Parameter to interval, of those given."""
+        return {n: v for n in PARAMETERS if (v := getattr(self, n)) is not None}
+
+
+class ScheduleBlock(Block):
+    """Gains that are polynomials of the speed: over which range, of which degree, keeping which margins everywhere."""
+
+    range_m_s: Rising
+    degree: Annotated[int, Field(ge=0, le=6)] = 2
+    points: Annotated[int, Field(ge=2, le=60)] = 5
+    checked_speeds: Annotated[int, Field(ge=60, le=5000)] = 209
+    limits: Limits = Field(default={}, max_length=20)
+
+    @model_validator(mode="after")
+    def known(self) -> "ScheduleBlock":
+        """A range that rises and margins that every speed can be asked for."""
+        low, high = self.range_m_s
+        if not low < high:
+            raise ValueError(f"range_m_s must rise; got [{low:g}, {high:g}]")
+        _check_limits(self.limits, {QUANTITIES[name][2] for name in STABILITY})
+        return self
+
+
+def _check_limits(given: dict[str, float], keys: set[str]) -> None:
+    for name in given:
+        if name not in keys:
+            raise ValueError(_unknown("limit", name, keys))
+
+
 class ProblemFile(BaseModel):
     """A whole data.toml."""
 
@@ -175,6 +257,25 @@ class ProblemFile(BaseModel):
     points: PointsBlock | None = None
     operating_point: OperatingPointBlock | None = None
     motor: MotorBlock | None = None
+    variation: VariationBlock | None = None
+    model: Annotated[tuple[ModelBlock, ...], Field(max_length=60)] = ()
+    schedule: ScheduleBlock | None = None
+
+    @model_validator(mode="after")
+    def apart(self) -> "ProblemFile":
+        """Models with names of their own; a schedule that reaches the vehicle's speed and can go to others."""
+        names = [m.name for m in self.model]
+        if len(set(names)) != len(names):
+            raise ValueError(f"models must have distinct names; got {', '.join(names)}"[:200])
+        if self.schedule is not None:
+            low, high = self.schedule.range_m_s
+            if not isinstance(self.force_law, CornerBlock):
+                raise ValueError("a schedule needs a force law from coils, kind 'corner' or 'taylor'")
+            if not low <= self.vehicle.speed_m_s <= high:
+                raise ValueError(f"schedule.range_m_s must hold the vehicle's speed of {self.vehicle.speed_m_s:g} m/s")
+            if not self.requirements and not self.schedule.limits:
+                raise ValueError("a schedule needs margins to keep: limits of its own, or requirements")
+        return self
 
 
 def _unknown(kind: str, given: str, known) -> str:

@@ -13,7 +13,7 @@ import numpy as np
 
 from workbench.errors import InfeasibleError, InputError, unknown_name
 from workbench.forces.corner import CornerLaw
-from workbench.forces.flight import HOLDS, Levitation, lift_off_speed
+from workbench.forces.flight import HOLDS, NO_LIFT, Levitation, lift_off_speed
 from workbench.forces.flight import trim as level_flight
 from workbench.forces.operating import PHYSICS
 from workbench.forces.taylor import HIGHEST_ORDER, TaylorLaw
@@ -100,12 +100,14 @@ def flight(coils: FlyingCoils, speed: float, weight: float | None = None) -> Fli
         # the printed ratios belong to one gap: gap and current are both held, and the vehicle's own trim takes the rest
         exact, gap, current = levitation.law(speed, coils.physics), levitation.gap, levitation.current
     else:
+        if coils.hold == "gap" and not levitation.lift_share(speed, coils.physics) > NO_LIFT:
+            raise _below_lift_off(coils, levitation, speed)  # no current makes up for a coil without lift
         try:
             found = level_flight(speed, coils.physics, coils.hold, levitation)
-        except InputError:
-            raise
-        except (InfeasibleError, ValueError, ArithmeticError) as error:  # numbers that no gap balances
-            raise _below_lift_off(coils, levitation, speed) from error
+        except InfeasibleError as error:
+            if replace(levitation, gap=coils.gap_minimum).lift_share(speed, coils.physics) < 1:
+                raise _below_lift_off(coils, levitation, speed) from error
+            raise InputError(str(error)) from error  # too much lift at every gap; the sentence says so
         exact, gap, current = found.law, found.gap, found.current
     if gap < coils.gap_minimum:
         raise _below_lift_off(coils, levitation, speed)

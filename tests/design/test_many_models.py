@@ -1,0 +1,218 @@
+"""Many models at once: one programme over all, worst cases found by search, gains that bear them."""
+
+import numpy as np
+import pytest
+
+from workbench.analysis.analysis import analyse
+from workbench.control import Gains
+from workbench.control.gains import GAIN_NAMES
+from workbench.design.design import CENTRE, design, refine
+from workbench.design.family import Family, PolynomialChart, SharedChart
+from workbench.design.model import STANDARD_BOX, Box, Model, Variation, model_of, sentence
+from workbench.design.requirement import Requirement
+from workbench.design.robust import Search, judged_model, robust_design
+from workbench.design.steering import Programme
+from workbench.design.verdict import margin_verdicts, verdicts
+from workbench.errors import InfeasibleError, InputError
+from workbench.export.problem import load_problem
+from workbench.vehicle import varied
+
+FORCE = Box({"mass": (0.85, 1.15), "current_force": (0.9, 1.1)})
+
+
+@pytest.fixture(scope="module")
+def heave():
+    return load_problem("heave")
+
+
+@pytest.fixture(scope="module")
+def revenue():
+    return load_problem("revenue_vehicle")
+
+
+@pytest.fixture(scope="module")
+def borne(heave):
+    return robust_design(heave, Variation(box=FORCE), start=heave.approved)
+
+
+# ---- models
+
+
+def test_a_model_is_the_vehicle_varied(heave):
+    one = model_of(heave, {"mass": 0.85, "current_force": 1.1})
+    other = heave.with_vehicle(varied(heave.vehicle, mass=0.85, current_force=1.1))
+    assert pytest.approx(other.setting.plant.A, rel=1e-12) == one.problem.setting.plant.A
+
+
+def test_sensors_that_read_too_much_are_larger_filter_gains(revenue):
+    model = model_of(revenue, {"vertical_sensors": 1.1})
+    theirs = model.gains(revenue.approved)
+    assert theirs.K_h == pytest.approx(1.1 * revenue.approved.K_h, rel=1e-15)
+    assert theirs.K_yddot == revenue.approved.K_yddot
+    assert model.problem is revenue  # no plant is built anew
+
+
+def test_a_centre_of_gravity_moved_forward_moves_the_coils_back_and_leaves_the_law_alone(revenue):
+    moved = model_of(revenue, {"cg_forward_m": 0.5}).problem
+    assert moved.law == revenue.law
+    A, nominal = (p.setting.plant for p in (moved, revenue))
+    theta, Z = nominal.states.index("Theta_rate"), nominal.states.index("Z")
+    # heave pushes at the coils' mean place, now half a metre further back: a_ΘZ = −2 (a_F − a_R) F_Lh + …
+    change = (A.A[theta, Z] - nominal.A[theta, Z]) * revenue.vehicle.pitch_inertia
+    # the new equilibrium pitches by a milliradian over arms of 9 m, which stiffens by some thousandths
+    assert change == pytest.approx(4 * revenue.vehicle.force_law.lift[1] * 0.5, rel=5e-3)
+
+
+def test_a_model_says_what_differs():
+    assert sentence({"mass": 0.85, "speed_m_s": 40.0, "gap_force": 1.0}) == "mass 0.85, speed 40 m/s"
+    assert sentence({}) == "nominal"
+
+
+def test_a_box_has_all_its_vertices_and_stays_inside():
+    generator = np.random.default_rng(0)
+    assert len(FORCE.corners(generator)) == 4
+    assert FORCE.at(np.array([0.0, 2.0])) == {"mass": 0.85, "current_force": 1.1}
+    large = Box({**STANDARD_BOX.intervals, "vertical_sensors": (0.9, 1.1), "lateral_sensors": (0.9, 1.1)})
+    corners = large.corners(generator)
+    assert corners.shape[1] == 9
+    assert ((corners >= 0) & (corners <= 1)).all()
+    assert len(corners) < 2**9
+
+
+@pytest.mark.parametrize(
+    ("intervals", "words"),
+    [
+        ({"mas": (0.9, 1.1)}, "did you mean 'mass'"),
+        ({"mass": (1.1, 0.9)}, "must rise"),
+        ({"mass": (0.0, 1.0)}, "positive"),
+    ],
+)
+def test_a_box_that_makes_no_sense_is_refused(intervals, words):
+    with pytest.raises(InputError, match=words):
+        Box(intervals)
+
+
+# ---- the programme
+
+
+def test_the_margins_alone_are_those_of_the_whole_analysis(revenue):
+    asked = tuple(r for r in revenue.requirements if r.name in ("damping ratio", "decay rate", "delay margin"))
+    one = revenue.with_requirements(asked)
+    ours = margin_verdicts(one, revenue.approved)
+    theirs = verdicts(one, analyse(one.setting, revenue.approved))
+    assert [v.value for v in ours] == pytest.approx([v.value for v in theirs], rel=1e-12)
+    peaks = [
+        v.value for v in verdicts(revenue, analyse(revenue.setting, revenue.approved)) if v.name.startswith("peak")
+    ]
+    worst = margin_verdicts(revenue.with_requirements([Requirement("peak sensitivity", 2.0)]), revenue.approved)
+    assert worst[0].value == pytest.approx(max(peaks), rel=2e-6)  # both are brackets, of relative width 1e-6 at most
+
+
+@pytest.mark.parametrize("cost", ["nominal", "mean", "worst"])
+def test_gradients_over_many_models_are_derivatives(heave, cost):
+    programme = Programme(heave, back_off=1e-3)
+    chart = SharedChart(programme, [np.ones(17)])
+    family = Family(programme, (), chart, cost=cost, back_off=1e-3)
+    for values in ({"mass": 0.85}, {"vertical_sensors": 1.1, "current_force": 0.9}):
+        model = model_of(heave, values)
+        chart.add(model.scale)
+        family.add(model)
+    x = family.whole(programme.x(Gains(**CENTRE).with_values(tau_h=0.5, tau_z=0.7)))
+    check_gradient(family, x)
+
+
+def test_gradients_over_a_polynomial_in_speed_are_derivatives(heave):
+    asked = tuple(r for r in heave.requirements if r.name in ("damping ratio", "peak sensitivity"))
+    chart = PolynomialChart(heave, [134.0, 60.0, 30.0], 82.0, 52.0, 2)
+    models = [
+        Model(
+            name=str(v), values={}, problem=heave.with_vehicle(varied(heave.vehicle, mass=m)).with_requirements(asked)
+        )
+        for v, m in ((60.0, 0.9), (30.0, 1.1))
+    ]
+    family = Family(Programme(heave, back_off=1e-3), models, chart, back_off=1e-3)
+    x = chart.x(Gains(**CENTRE).with_values(tau_h=0.5, tau_z=0.7))
+    x = x + 0.01 * np.cos(np.arange(len(x)))
+    check_gradient(family, x)
+    own = dict(zip(GAIN_NAMES, family.theta(x, 1), strict=True))
+    t = (60.0 - 82.0) / 52.0
+    for name, c in chart.coefficients(x).items():
+        assert own[name] == pytest.approx(c[0] + c[1] * t + c[2] * t**2, rel=1e-12, abs=1e-15)
+
+
+def check_gradient(family, x):
+    direction, step = np.cos(np.arange(len(x))), 1e-6
+    up, here, down = (family.at(x + s * step * direction) for s in (1, 0, -1))
+    # central differences of step 1e-6: 1e-12 of curvature over 1e-6, and rounding 1e-15/1e-6
+    assert (up.objective - down.objective) / (2 * step) == pytest.approx(here.slope @ direction, rel=1e-5, abs=1e-8)
+    np.testing.assert_allclose(
+        (up.constraints - down.constraints) / (2 * step), here.jacobian @ direction, rtol=1e-4, atol=1e-5
+    )
+    assert len(here.names) == len(here.constraints)
+
+
+# ---- worst cases and designs
+
+
+def test_nominal_gains_at_their_limits_fail_somewhere_in_the_box(heave):
+    worst = Search(heave, Variation(box=FORCE)).worst(heave.approved)
+    assert any(not w.verdict.met for w in worst)
+
+
+def test_robust_gains_hold_at_models_that_were_not_designed_for(heave, borne):
+    generator = np.random.default_rng(7)
+    search = Search(heave, Variation(box=FORCE))
+    for unit in generator.uniform(size=(25, 2)):
+        judged = judged_model(search.model(FORCE.at(unit)), borne.design.gains)
+        assert [v.sentence() for v in judged if not v.met] == []
+
+
+def test_robust_gains_meet_every_nominal_requirement_and_say_what_that_costs(heave, borne):
+    again = verdicts(heave, analyse(heave.setting, borne.design.gains))
+    assert all(v.met for v in again)
+    assert all(w.verdict.met for w in borne.worst)
+    assert borne.visited  # some vertex had to be designed for
+    assert borne.design.analysis.cost > 0.999 * refine(heave, heave.approved).analysis.cost  # robustness is not free
+
+
+def test_the_worst_found_is_no_better_than_any_vertex(heave, borne):
+    search = Search(heave, Variation(box=FORCE))
+    for i, worst in enumerate(borne.worst):
+        for unit in FORCE.corners(np.random.default_rng(0)):
+            at_vertex = judged_model(search.model(FORCE.at(unit)), borne.design.gains)[i]
+            assert Requirement(at_vertex.name, at_vertex.limit).shortfall(at_vertex.value) <= Requirement(
+                worst.verdict.name, worst.verdict.limit
+            ).shortfall(worst.verdict.value)
+
+
+def test_named_models_are_kept_in_a_design(heave):
+    model = {"mass": 1.15, "current_force": 0.9}
+    found = design(heave, starts=1, start=heave.approved, models=[model])
+    assert all(v.met for v in found.requirements)
+    asked = tuple(r for r in heave.requirements if r.name in ("damping ratio", "decay rate", "peak sensitivity"))
+    assert all(v.met for v in judged_model(model_of(heave, model, asked), found.gains))
+
+
+def test_a_box_that_no_gains_bear_is_refused_with_the_model_that_misses(heave):
+    wide = Variation(box=Box({"current_force": (0.2, 3.0)}), requirements=(Requirement("peak sensitivity", 1.05),))
+    with pytest.raises(InfeasibleError, match=r"'peak sensitivity' must be <= 1.05; best found .* a miss of"):
+        robust_design(heave, wide, start=heave.approved, time_budget=3.0)
+
+
+def test_a_variation_of_nothing_is_refused(heave):
+    with pytest.raises(InputError, match="a box or at least one model"):
+        Variation()
+    with pytest.raises(InputError, match="names no variation"):
+        robust_design(heave)
+
+
+@pytest.mark.slow
+def test_sensor_scales_ten_per_cent_apart_cost_the_revenue_vehicle_less_than_a_fifth(revenue):
+    box = Box({"vertical_sensors": (0.9, 1.1), "lateral_sensors": (0.9, 1.1)})
+    found = robust_design(revenue, Variation(box=box), starts=4, seed=0)
+    assert all(w.verdict.met for w in found.worst)
+    # measured 26.2 from eight starts against 23.1 for the nominal vehicle alone; fewer starts end a little higher
+    cost, nominal = found.design.analysis.cost, found.nominal_cost
+    assert cost is not None
+    assert nominal is not None
+    assert cost < 1.2 * nominal

@@ -1,0 +1,321 @@
+"""Gains for many models at once: the worst ones are searched, added and designed for, until none fails.
+
+    nominal valleys --> gains that hold at every model so far --round--> search: vertices, seeded local search (exact)
+                          ^---------- the worst model of each requirement that fails is added ----------'
+
+The nominal vehicle keeps every requirement of the problem; every model keeps what the variation asks for. A search is
+not a proof: `verify` proves boxes. What it found worst is told, model by model.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from time import monotonic
+
+import numpy as np
+
+from workbench.analysis.analysis import analyse
+from workbench.control import Gains
+from workbench.design.design import (
+    BACK_OFFS,
+    FINISHED,
+    Design,
+    Start,
+    distinct,
+    finished,
+    jobs_of,
+    relaxed_starts,
+    rounded,
+)
+from workbench.design.family import Family, SharedChart, tuned
+from workbench.design.model import SENSORS, STABILITY, Box, Model, Variation, model_of, sentence
+from workbench.design.problem import Problem
+from workbench.design.requirement import Requirement, Verdict
+from workbench.design.solve import Outcome
+from workbench.design.steering import Programme
+from workbench.design.verdict import margin_verdicts, verdicts
+from workbench.errors import InfeasibleError, InputError
+from workbench.result import Result, Row
+
+BACK_OFF = BACK_OFFS[1]  # relative distance kept from every limit: what a model between two of the set may exceed
+ROUNDS = 12
+HOMOTOPY = (1.5, 1.2, 1.0)
+STEPS = (0.5, 0.25, 0.1)  # of the local search, in the unit cube
+NEAR = 0.05  # relative slack below which a requirement's worst corner is searched around
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class Worst(Result):
+    """The worst model found for one requirement."""
+
+    verdict: Verdict
+    values: Mapping[str, float]
+
+    def rows(self) -> list[Row]:
+        v = self.verdict
+        return [(f"{v.name} {v.sense} {v.limit:g}", v.value, v.unit), ("at", sentence(self.values), "")]
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class RobustDesign(Result):
+    """Gains that keep their margins at every model that was found, with the evidence.
+
+    design : of the nominal vehicle;  worst : worst model of each requirement, over everything looked at
+    visited : models in the set that the gains were tuned for;  looked_at : models evaluated by the last search
+    rounds : of exchange;  nominal_cost : J of the best gains for the nominal vehicle alone
+    """
+
+    problem: Problem
+    variation: Variation
+    design: Design
+    worst: tuple[Worst, ...]
+    visited: tuple[Mapping[str, float], ...]
+    looked_at: int
+    rounds: int
+    nominal_cost: float | None
+    seconds: float
+
+    def to_dict(self):
+        """The nominal design's figures, with models and worst cases."""
+        document = self.design.to_dict()
+        document["models"] = [dict(v) for v in self.visited]
+        document["worst_models"] = [{**w.verdict.to_dict(), "model": dict(w.values)} for w in self.worst]
+        document["models_looked_at"] = self.looked_at
+        document["exchange_rounds"] = self.rounds
+        document["cost_of_the_best_nominal_gains"] = self.nominal_cost
+        return document
+
+    def rows(self) -> list[Row]:
+        return [
+            ("cost J", self.design.analysis.cost, ""),
+            ("cost J of the best nominal gains", self.nominal_cost, ""),
+            ("models designed for", len(self.visited), ""),
+            ("models looked at", self.looked_at, ""),
+            *(row for w in self.worst for row in w.rows()),
+        ]
+
+
+def robust_design(
+    problem: Problem, variation: Variation | None = None, *, starts: int = 16, seed: int = 0, solver: str = "slsqp",
+    workers: int = 1, start: Gains | None = None, on_start: Callable[[Start], None] | None = None,
+    on_round: Callable[[int, str], None] | None = None, time_budget: float = 900.0,
+) -> RobustDesign:  # fmt: skip
+    """Gains that meet a problem's requirements and keep what a variation asks for, wherever it was looked.
+
+    Parameters
+    ----------
+    variation : the problem's own if left out
+    start : gains to start from instead of `starts` random ones
+    on_round : called after each round with its number and what the search said
+    time_budget : [s] after which no new round starts
+
+    Raises
+    ------
+    InfeasibleError
+        If no gains keep everything: names the worst requirement and its model.
+    InputError
+        If there is nothing to vary, or the problem cannot be designed.
+    """
+    from threadpoolctl import threadpool_limits
+
+    variation = variation or problem.variation
+    if variation is None:
+        raise InputError(f"problem {problem.name!r} names no variation; give one, or describe it under [variation].")
+    began = monotonic()
+    with threadpool_limits(1):
+        programme = Programme(problem, back_off=BACK_OFF)
+        search = Search(problem, variation, seed)
+        if start is None:
+            outcomes, log = relaxed_starts(problem, jobs_of(problem, starts, seed, solver, None), workers, on_start)
+            candidates = [o.x for o in distinct(outcomes)[:FINISHED]]
+            nominal = _nominal_cost(problem, candidates, log, seed, solver)
+        else:
+            candidates, log, nominal = [programme.x(start)], [], None
+        chart = SharedChart(programme, [np.ones(17)])
+        family = Family(programme, (), chart, cost=variation.cost, back_off=BACK_OFF)
+        for name, values in variation.models.items():
+            _add(family, chart, search.model(values, name))
+        exchange = _Exchange(family, chart, search, on_round, began + time_budget)
+        best = None
+        for x in candidates:
+            best = exchange.improved(x, best)
+        if best is None:
+            raise exchange.refusal()
+        gains, outcome, worst = best
+        return RobustDesign(
+            problem=problem, variation=variation, design=_judged(problem, gains, outcome, log, seed, solver),
+            worst=worst, visited=tuple(m.model.values for m in family.members[1:]), looked_at=search.looked_at,
+            rounds=exchange.rounds, nominal_cost=nominal, seconds=monotonic() - began,
+        )  # fmt: skip
+
+
+class Search:
+    """Finds the worst models of a variation under given gains; remembers plants between searches."""
+
+    def __init__(self, problem: Problem, variation: Variation, seed: int = 0) -> None:
+        self.problem, self.variation = problem, variation
+        self.asked = variation.asked(problem)
+        self._seed, self._plants = seed, {}
+        self.looked_at = 0
+
+    def model(self, values: Mapping[str, float], name: str = "") -> Model:
+        """A model, its plant built once."""
+        plant = tuple(sorted((k, round(v, 12)) for k, v in values.items() if k not in SENSORS))
+        if plant not in self._plants:
+            self._plants[plant] = model_of(self.problem, dict(plant), self.asked).problem
+        return Model(name=name or sentence(values), values=dict(values), problem=self._plants[plant])
+
+    def verdicts(self, values: Mapping[str, float], gains: Gains) -> tuple[Verdict, ...]:
+        """Exact verdicts on one model."""
+        self.looked_at += 1
+        return judged_model(self.model(values), gains)
+
+    def worst(self, gains: Gains) -> tuple[Worst, ...]:
+        """The worst model of each requirement: named models, vertices, and a local search around the worst."""
+        self.looked_at = 0
+        found: list[tuple[tuple[Verdict, ...], Mapping[str, float]]] = []
+        for values in self.variation.models.values():
+            found.append((self.verdicts(values, gains), values))
+        box = self.variation.box
+        if box is not None:
+            generator = np.random.default_rng(self._seed)
+            corners = box.corners(generator)
+            inside = generator.uniform(size=(2 * len(box.names), len(box.names)))
+            units = np.vstack([corners, inside])
+            judged = [self.verdicts(box.at(u), gains) for u in units]
+            found += [(v, box.at(u)) for v, u in zip(judged, units, strict=True)]
+            for i, r in enumerate(self.asked):
+                miss = [_miss(r, v[i]) for v in judged]
+                k = int(np.argmax(miss))
+                if miss[k] > -NEAR and np.isfinite(miss[k]):
+                    found += self._climbed(box, units[k], miss[k], i, r, gains)
+        worst = [max(found, key=lambda f: _miss(r, f[0][i])) for i, r in enumerate(self.asked)]
+        return tuple(Worst(verdict=f[0][i], values=f[1]) for i, f in enumerate(worst))
+
+    def _climbed(self, box: Box, unit: np.ndarray, miss: float, i: int, r: Requirement, gains: Gains):
+        """Models met on a climb towards a larger miss, one parameter at a time with shrinking steps."""
+        met = []
+        for step in STEPS:
+            for k in range(len(unit)):
+                for sign in (1.0, -1.0):
+                    moved = unit.copy()
+                    moved[k] = np.clip(moved[k] + sign * step, 0.0, 1.0)
+                    if moved[k] == unit[k]:
+                        continue
+                    judged = self.verdicts(box.at(moved), gains)
+                    met.append((judged, box.at(moved)))
+                    if _miss(r, judged[i]) > miss:
+                        unit, miss = moved, _miss(r, judged[i])
+        return met
+
+
+def judged_model(model: Model, gains: Gains) -> tuple[Verdict, ...]:
+    """One exact verdict for each of the model's requirements, its sensors reading as they do."""
+    own, problem = model.gains(gains), model.problem
+    if {r.name for r in problem.requirements} <= set(STABILITY):
+        return margin_verdicts(problem, own)
+    each = verdicts(problem, analyse(problem.setting, own, model.name))
+    return tuple(max((v for v in each if v.name == r.name), key=lambda v: _miss(r, v)) for r in problem.requirements)
+
+
+def _miss(requirement: Requirement, verdict: Verdict) -> float:
+    return float("inf") if verdict.value is None else requirement.shortfall(verdict.value)
+
+
+class _Exchange:
+    """Tunes, searches, adds; keeps the cheapest gains that held everywhere."""
+
+    def __init__(self, family: Family, chart: SharedChart, search: Search, on_round, deadline: float) -> None:
+        self.family, self.chart, self.search = family, chart, search
+        self._on_round, self._deadline = on_round, deadline
+        self.rounds = 0
+        self._closest: tuple[float, Verdict, Mapping[str, float]] | None = None
+
+    def improved(self, x: np.ndarray, best):
+        """The better of `best` and what this candidate leads to: (gains, outcome, worst models)."""
+        family, z = self.family, x
+        for number in range(ROUNDS):
+            outcome = tuned(family, family.whole(z), HOMOTOPY if number == 0 else (1.0,))
+            z = family.chart_of(outcome.x)
+            if best is not None and (not outcome.feasible or outcome.cost > best[1].cost):
+                return best
+            gains = rounded(family.gains(outcome.x))
+            if family.growth(outcome.x) >= 0:
+                return best
+            self.rounds += 1
+            worst = self.search.worst(gains)
+            failing = [w for w in worst if not w.verdict.met]
+            own = [v for v in _exact(self.search.problem, gains) if not v.met]
+            self._remember(failing, own)
+            if self._on_round:
+                self._on_round(self.rounds, _words(worst))
+            if not failing and not own:
+                return gains, outcome, worst
+            new = [w for w in failing if not any(_same(w.values, m.model.values) for m in family.members)]
+            if (not new and not outcome.feasible) or monotonic() > self._deadline:
+                return best
+            if not new:
+                family.set_back_off(3 * family.back_off)
+            for w in new:
+                if not any(_same(w.values, m.model.values) for m in family.members):
+                    _add(family, self.chart, self.search.model(w.values))
+        return best
+
+    def _remember(self, failing: Sequence[Worst], own: Sequence[Verdict]) -> None:
+        missed = [(w.verdict, w.values) for w in failing] + [(v, {}) for v in own]
+        if missed:
+            verdict, values = max(missed, key=lambda m: _miss(Requirement(m[0].name, m[0].limit), m[0]))
+            miss = _miss(Requirement(verdict.name, verdict.limit), verdict)
+            if self._closest is None or miss < self._closest[0]:
+                self._closest = (miss, verdict, values)
+
+    def refusal(self) -> InfeasibleError:
+        """What missed by least, and where."""
+        name = self.search.problem.name
+        if self._closest is None:
+            return InfeasibleError(f"no gains of {name!r} were stable at every model; narrow the intervals.")
+        miss, verdict, values = self._closest
+        return InfeasibleError(
+            f"no gains of {name!r} keep their limits at every model: {verdict.sentence()} at {sentence(values)}, "
+            f"a miss of {100 * miss:.2g} %. Narrow the intervals or relax the limit for the models."
+        )
+
+
+def _add(family: Family, chart: SharedChart, model: Model) -> None:
+    chart.add(model.scale)
+    family.add(model)
+
+
+def _same(one: Mapping[str, float], other: Mapping[str, float]) -> bool:
+    return one.keys() == other.keys() and all(abs(one[k] - other[k]) < 1e-9 for k in one)
+
+
+def _exact(problem: Problem, gains: Gains) -> tuple[Verdict, ...]:
+    return verdicts(problem, analyse(problem.setting, gains, problem.name))
+
+
+def _nominal_cost(problem: Problem, candidates, log, seed: int, solver: str) -> float | None:
+    """J of the best gains for the nominal vehicle alone; None if its requirements cannot be met."""
+    programme = Programme(problem, back_off=BACK_OFFS[0])
+    try:
+        return finished(problem, programme, candidates, tuple(log), seed, solver).analysis.cost
+    except InfeasibleError:
+        return None
+
+
+def _judged(problem: Problem, gains: Gains, outcome: Outcome, log, seed: int, solver: str) -> Design:
+    analysis = analyse(problem.setting, gains, problem.name)
+    return Design(
+        problem=problem, gains=gains, analysis=analysis, requirements=verdicts(problem, analysis), starts=tuple(log),
+        binding=outcome.binding, seed=seed, solver=solver,
+    )  # fmt: skip
+
+
+def _words(worst: Sequence[Worst]) -> str:
+    parts = []
+    for w in worst:
+        value = "unstable" if w.verdict.value is None else f"{w.verdict.value:.4g}"
+        parts.append(f"{w.verdict.name} {value} at {sentence(w.values)}")
+    return "; ".join(parts)
+
+
+__all__ = ["RobustDesign", "Search", "Worst", "judged_model", "robust_design"]

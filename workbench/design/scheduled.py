@@ -1,0 +1,305 @@
+"""Gain schedules: gains and time constants as polynomials of the speed, tuned at points and checked between them.
+
+    cruise design --constant gains--> polynomials tuned at a few speeds --round as printed--> dense check of margins
+                  ^---- speeds where the check fails are added, until it holds at every one ----'
+
+At cruise every requirement of the problem holds and J is made small; at the other speeds the margins that the plan asks
+for hold. The dense check is exact (eigenvalues, Hamiltonian peaks); its plants are interpolated between exact ones,
+with the error measured, and the worst speeds are checked again on exact plants.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from time import monotonic
+
+import numpy as np
+
+from workbench.analysis.analysis import analyse
+from workbench.control import GAIN_NAMES
+from workbench.control.schedule import Schedule
+from workbench.design.design import Design, Start, design
+from workbench.design.family import Family, PolynomialChart, tuned
+from workbench.design.model import STABILITY, Model
+from workbench.design.problem import Problem
+from workbench.design.requirement import Requirement, Verdict
+from workbench.design.solve import Outcome
+from workbench.design.speed_family import PlantFamily, plant_family
+from workbench.design.steering import Programme
+from workbench.design.verdict import margin_verdicts, verdicts
+from workbench.errors import InfeasibleError, InputError
+from workbench.result import Result, Row
+
+BACK_OFF = 5e-3  # relative distance kept from every limit while tuning: a smooth curve passes between its points
+ROUNDS = 8  # of exchange; each adds the worst speed of every stretch that fails
+FIRST_LOOK = 4  # every fourth speed of the dense check; all of them once these hold
+HOMOTOPY = (1.5, 1.2, 1.0)  # multiples of the allowed peak sensitivity, in turn
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Plan:
+    """What a schedule must cover.
+
+    range : speeds [m/s], the problem's own (cruise) among them;  degree : of the polynomials
+    points : speeds tuned at first;  dense : speeds of the check, equally spaced
+    requirements : margins kept at every speed, of `model.STABILITY`
+    """
+
+    range: tuple[float, float]
+    requirements: tuple[Requirement, ...]
+    degree: int = 2
+    points: int = 5
+    dense: int = 209
+
+    def __post_init__(self) -> None:
+        low, high = self.range
+        if not 0 < low < high < float("inf"):
+            raise InputError(f"a schedule's range must rise from a positive speed; got {self.range!r} m/s.")
+        if not (0 <= self.degree <= 6 and 2 <= self.points <= 60 and self.dense >= self.points):
+            raise InputError(
+                "a schedule takes degree 0 … 6, 2 … 60 points and at least as many speeds of the check; "
+                f"got {self.degree}, {self.points} and {self.dense}."
+            )
+        odd = [r.name for r in self.requirements if r.name not in STABILITY]
+        if odd or not self.requirements:
+            raise InputError(
+                f"a schedule asks every speed for some of: {', '.join(STABILITY)}; got {', '.join(odd) or 'none'}."
+            )
+
+    @property
+    def speeds(self) -> np.ndarray:
+        """Of the dense check [m/s]."""
+        return np.linspace(*self.range, self.dense)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class MarginCurve(Result):
+    """One margin over the speeds of the dense check.
+
+    name, sense, limit, unit : as of the requirement;  value : (k,), NaN where the loop is unstable
+    """
+
+    name: str
+    sense: str
+    limit: float
+    unit: str
+    speed: np.ndarray
+    value: np.ndarray
+
+    @property
+    def worst(self) -> tuple[float, float]:
+        """Worst value and its speed [m/s]."""
+        order = np.where(np.isnan(self.value), np.inf if self.sense == "<=" else -np.inf, self.value)
+        k = int(np.argmax(order) if self.sense == "<=" else np.argmin(order))
+        return float(self.value[k]), float(self.speed[k])
+
+    @property
+    def met(self) -> bool:
+        """Whether the limit holds at every speed."""
+        value = self.value
+        return bool(np.all(value <= self.limit) if self.sense == "<=" else np.all(value >= self.limit))
+
+    def rows(self) -> list[Row]:
+        value, speed = self.worst
+        return [(f"{self.name} {self.sense} {self.limit:g}", value, self.unit), ("at", speed, "m/s")]
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class ScheduledDesign(Result):
+    """A schedule that keeps its margins at every speed checked, with the evidence.
+
+    schedule : printed decimals;  cruise : gains, analysis and verdicts at the problem's own speed
+    margins : one curve per margin;  rounds : of exchange;  plant_error : of the interpolated plants
+    exact : the worst speeds on exact plants: verdicts by speed
+    single_cost : J of the best gains found for cruise alone
+    """
+
+    problem: Problem
+    schedule: Schedule
+    cruise: Design
+    margins: tuple[MarginCurve, ...]
+    exact: tuple[tuple[float, tuple[Verdict, ...]], ...]
+    rounds: int
+    plant_error: float
+    single_cost: float | None
+    seconds: float
+
+    def to_dict(self):
+        """The cruise design's figures with schedule and margins over the speeds."""
+        document = self.cruise.to_dict()
+        document["schedule"] = self.schedule.to_dict()
+        document["margins_over_speed"] = [
+            {**m.to_dict(), "worst": m.worst[0], "worst_speed_m_s": m.worst[1], "met": m.met} for m in self.margins
+        ]
+        document["plant_interpolation_error"] = self.plant_error
+        document["exchange_rounds"] = self.rounds
+        document["cost_of_the_best_cruise_gains"] = self.single_cost
+        return document
+
+    def rows(self) -> list[Row]:
+        return [
+            *self.schedule.rows()[:3],
+            ("cost J at cruise", self.cruise.analysis.cost, ""),
+            ("cost J of the best gains for cruise alone", self.single_cost, ""),
+            ("rounds of exchange", self.rounds, ""),
+            ("error of the interpolated plants", self.plant_error, "1"),
+            *(row for m in self.margins for row in m.rows()),
+        ]
+
+
+def schedule_design(
+    problem: Problem, plan: Plan | None = None, *, starts: int = 16, seed: int = 0, solver: str = "slsqp",
+    workers: int = 1, cruise: Design | None = None, plants: PlantFamily | None = None,
+    on_start: Callable[[Start], None] | None = None, on_round: Callable[[int, str], None] | None = None,
+    time_budget: float = 600.0,
+) -> ScheduledDesign:  # fmt: skip
+    """A schedule that meets a problem's requirements at its own speed and the plan's margins at every speed.
+
+    Parameters
+    ----------
+    plan : the problem's own if left out
+    cruise : a design for the problem's own speed to start from; designed from `starts` random ones if left out
+    plants : plants at the speeds of the plan, from an earlier `plant_family`; sampled anew if left out
+    on_round : called after each round of exchange with its number and what the check said
+    time_budget : [s] after which no new round starts
+
+    Raises
+    ------
+    InfeasibleError
+        If no schedule of this degree was found: names the worst margin and its speed.
+    InputError
+        If there is no plan, the problem's speed lies outside it, or the vehicle does not fly at the lowest speed.
+    """
+    from threadpoolctl import threadpool_limits
+
+    plan = plan or problem.plan
+    if plan is None:
+        raise InputError(f"problem {problem.name!r} has no schedule to design; describe one under [schedule].")
+    own = problem.setting.speed
+    if not plan.range[0] <= own <= plan.range[1]:
+        raise InputError(f"the schedule must cover the problem's own speed of {own:g} m/s; got {plan.range} m/s.")
+    began = monotonic()
+    if plants is None:
+        with threadpool_limits(1):
+            plants = plant_family(problem, plan.range)
+    first = cruise or design(problem, starts=starts, seed=seed, solver=solver, workers=workers, on_start=on_start)
+    with threadpool_limits(1):
+        return _exchanged(problem, plan, plants, first, on_round, began, time_budget)
+
+
+def _exchanged(problem, plan: Plan, plants: PlantFamily, first: Design, on_round, began, budget) -> ScheduledDesign:
+    """Rounds of tuning and dense check until the check holds."""
+    low, high = plan.range
+    own = problem.setting.speed
+    speeds = [v for v in np.linspace(low, high, plan.points).tolist() if abs(v - own) > 1e-6 * own]
+    centre, scale = (low + high) / 2, (high - low) / 2
+    chart = PolynomialChart(problem, [own, *speeds], centre, scale, plan.degree)
+    models = [_model(plants, plan, v) for v in speeds]
+    family = Family(Programme(problem, back_off=BACK_OFF), models, chart, back_off=BACK_OFF)
+    x = chart.x(first.gains)
+    outcome, factors = None, HOMOTOPY
+    for number in range(1, ROUNDS + 1):
+        outcome = tuned(family, x, factors)
+        x, factors = outcome.x, (1.0,)
+        schedule = Schedule(
+            centre=centre, scale=scale, range=plan.range, coefficients=chart.coefficients(x), points=(*speeds, own)
+        )
+        margins = dense_check(plants, schedule, plan, every=FIRST_LOOK)
+        if not _failing(margins):
+            margins = dense_check(plants, schedule, plan)
+        judged = _at_cruise(problem, schedule, first, outcome)
+        failing = sorted({*_failing(margins), *_outside(problem, schedule, plan)})
+        missed = [v for v in judged.requirements if not v.met]
+        if on_round:
+            on_round(number, _words(margins))
+        if not failing and not missed:
+            return _verified(problem, plan, schedule, judged, margins, number, plants, first, began)
+        if monotonic() - began > budget:
+            break
+        for v in failing:
+            if min(abs(v - s) for s in (*speeds, own)) > 1e-6:
+                speeds.append(v)
+                chart.add(v)
+                family.add(_model(plants, plan, v))
+    raise _unmet(problem, plan, margins, missed)
+
+
+def _model(plants: PlantFamily, plan: Plan, speed: float) -> Model:
+    one = replace(plants.problem_at(speed), requirements=plan.requirements)
+    return Model(name=f"{speed:.4g} m/s", values={"speed_m_s": speed}, problem=one)
+
+
+def dense_check(plants: PlantFamily, schedule: Schedule, plan: Plan, *, every: int = 1) -> tuple[MarginCurve, ...]:
+    """The plan's margins at the speeds of its dense check (every n-th), by exact algorithms on interpolated plants."""
+    speeds = plan.speeds[::every]
+    values = np.full((len(plan.requirements), len(speeds)), np.nan)
+    for k, speed in enumerate(speeds):
+        one = replace(plants.problem_at(float(speed)), requirements=plan.requirements)
+        for i, v in enumerate(margin_verdicts(one, schedule.gains_at(float(speed)))):
+            values[i, k] = np.nan if v.value is None else v.value
+    return tuple(
+        MarginCurve(name=r.name, sense=r.sense, limit=r.limit, unit=r.unit, speed=speeds, value=values[i])
+        for i, r in enumerate(plan.requirements)
+    )
+
+
+def _failing(margins: Sequence[MarginCurve]) -> list[float]:
+    """The worst speed of every stretch of speeds at which a margin fails."""
+    out: list[float] = []
+    for m in margins:
+        miss = (m.value / m.limit - 1) * (1 if m.sense == "<=" else -1)
+        miss = np.where(np.isnan(miss), np.inf, miss)
+        bad = np.flatnonzero(miss > 0)
+        for stretch in np.split(bad, np.flatnonzero(np.diff(bad) > 1) + 1) if len(bad) else []:
+            out.append(float(m.speed[stretch[np.argmax(miss[stretch])]]))
+    return sorted(set(out))
+
+
+def _outside(problem: Problem, schedule: Schedule, plan: Plan) -> list[float]:
+    """The speed at which each parameter leaves its bounds by most, of those that do."""
+    speeds = plan.speeds
+    table = dict(zip(GAIN_NAMES, schedule.table(speeds).T, strict=True))
+    over = [np.maximum(low - table[n], table[n] - high) for n, (low, high) in problem.bounds.items()]
+    return [float(speeds[np.argmax(by)]) for by in over if by.max() > 0]
+
+
+def _at_cruise(problem: Problem, schedule: Schedule, first: Design, outcome: Outcome) -> Design:
+    """The schedule's gains at the problem's own speed, judged by the exact measures."""
+    gains = schedule.gains_at(problem.setting.speed)
+    analysis = analyse(problem.setting, gains, problem.name)
+    return Design(
+        problem=problem, gains=gains, analysis=analysis, requirements=verdicts(problem, analysis),
+        starts=first.starts, binding=tuple(n for n in outcome.binding if "bound of" not in n), seed=first.seed,
+        solver=first.solver,
+    )  # fmt: skip
+
+
+def _verified(problem, plan: Plan, schedule, judged: Design, margins, rounds, plants, first, began) -> ScheduledDesign:
+    """The result, its worst speeds checked on exact plants."""
+    exact = []
+    for speed in sorted({m.worst[1] for m in margins}):
+        one = replace(problem.at({"speed_m_s": speed}), requirements=plan.requirements)
+        exact.append((speed, margin_verdicts(one, schedule.gains_at(speed))))
+    missed = [v for _, found in exact for v in found if not v.met]
+    if missed:
+        raise InfeasibleError(
+            f"the schedule of {problem.name!r} fails on exact plants where it held on interpolated ones: "
+            f"{missed[0].sentence()}. Sample the speeds at more nodes."
+        )
+    return ScheduledDesign(
+        problem=problem, schedule=schedule, cruise=judged, margins=margins, exact=tuple(exact), rounds=rounds,
+        plant_error=plants.error, single_cost=first.analysis.cost, seconds=monotonic() - began,
+    )  # fmt: skip
+
+
+def _words(margins: Sequence[MarginCurve]) -> str:
+    return ", ".join(f"{m.name} {m.worst[0]:.4g} at {m.worst[1]:.4g} m/s" for m in margins)
+
+
+def _unmet(problem: Problem, plan: Plan, margins, missed: Sequence[Verdict]) -> InfeasibleError:
+    over = [f"{m.name!r} must be {m.sense} {m.limit:g}; best found {m.worst[0]:.4g} at {m.worst[1]:.4g} m/s"
+            for m in margins if not m.met]  # fmt: skip
+    words = "; ".join([*over, *(f"{v.sentence()} at cruise" for v in missed)][:4])
+    return InfeasibleError(
+        f"no schedule of degree {plan.degree} over {plan.range[0]:g} … {plan.range[1]:g} m/s keeps the limits of "
+        f"{problem.name!r}: {words}. Raise the degree, narrow the range or relax a limit."
+    )
