@@ -1,0 +1,276 @@
+"""Stability margins at the points of a loop: gain and phase of all of them together, dead time of each.
+
+    S --M = S − I/2--> α · sup μ(M(jω))     Margins: the multiloop balanced (σ = 0) disk margin is at least α
+    S_ii --|L_i| = 1--> limit / delay       DelayMargin: each channel bears a dead time, the others closed
+
+A gain margin of g (as a factor up and down) and a phase margin of φ ask for α = max(2 (g − 1)/(g + 1), 2 tan(φ/2)).
+An unstable loop has no margins: its value is infinite.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from workbench.analysis.disk import disk_margin
+from workbench.analysis.margin import channel_margin
+from workbench.analysis.realisation import Realisation
+from workbench.errors import InputError
+from workbench.tuning.goal import NEAR, Bound, Goal, Largest, Value, infinite, near, positive, some_names
+from workbench.tuning.goal_gain import GainShape
+from workbench.tuning.goal_mu import gradient, lower
+from workbench.tuning.goal_peak import Axis, PeakMeasure, Piece, Sampled, sampled
+from workbench.tuning.goal_search import local_peaks, seeds
+
+if TYPE_CHECKING:
+    from workbench.tuning.structure import Controller
+
+BISECTIONS = 60
+NO_ROLL_OFF = "the loop gain is 1 or more at all high frequencies; any dead time is too long."
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Margins(Goal):
+    """Gain and phase at all points may change at the same time, independently, by a margin.
+
+    Parameters
+    ----------
+    points : names
+    gain_db : float
+        Each gain up and down by this much [dB].
+    phase_deg : float
+        Each phase by this much either way [degrees].
+
+    The stricter of the two counts. value = α sup μ(S − I/2) = α over the disk margin.
+    """
+
+    points: tuple[str, ...]
+    gain_db: float = 0.0
+    phase_deg: float = 0.0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "points", some_names("points", self.points))
+        if not (0 <= self.gain_db < math.inf and 0 <= self.phase_deg < 180) or self.gain_db == self.phase_deg == 0:
+            raise InputError(
+                f"Margins needs gain_db of zero or more and phase_deg from 0 to below 180, not both zero; "
+                f"got {self.gain_db!r} dB and {self.phase_deg!r}°. Typical: 6 dB and 40°."
+            )
+        Goal.__post_init__(self)
+
+    @property
+    def alpha(self) -> float:
+        """The disk margin asked for."""
+        factor = 10 ** (self.gain_db / 20)
+        return max(2 * (factor - 1) / (factor + 1), 2 * math.tan(math.radians(self.phase_deg) / 2))
+
+    def bind(self, loop: Any) -> Bound:
+        """The goal on one loop."""
+        channel = loop.sensitivity(self.points, self.openings)
+        count = len(self.points)
+        half = Realisation(np.zeros((0, 0)), np.zeros((0, count)), np.zeros((count, 0)), np.eye(count) / 2)
+        if count == 1:
+            return Bound(
+                self, PeakMeasure(channel, GainShape.of(channel, minus=half, profile=1 / self.alpha), self.focus)
+            )
+        return Bound(self, DiskMeasure(PeakMeasure(channel, MuShape(self.alpha, self.points), self.focus)))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MuShape:
+    """α μ(S − I/2)."""
+
+    alpha: float
+    names: tuple[str, ...]
+
+    def size(self, axis: Axis, T: np.ndarray) -> np.ndarray:
+        """(k,), from below."""
+        return self.alpha * lower(T - np.eye(T.shape[1]) / 2)
+
+    def pieces(self, axis: Axis, T: np.ndarray) -> list[Piece]:
+        """The spectral radius at the best turn."""
+        value, W, share = gradient(T[0] - np.eye(T.shape[1]) / 2)
+        return [(self.alpha * value, self.alpha * W, self.names[int(np.argmax(share))])]
+
+    def system(self, T: Realisation, sampled: bool) -> Realisation | None:
+        """None: μ is no singular value."""
+        return None
+
+    def corners(self) -> np.ndarray:
+        """None."""
+        return np.zeros(0)
+
+    def refusal(self, T: Realisation) -> str:
+        """A stable loop has margins."""
+        return ""
+
+
+@dataclass(frozen=True, slots=True)
+class DiskMeasure:
+    """A multiloop disk margin; exact by `disk_margin`, a bracket proved band by band."""
+
+    peak: PeakMeasure
+
+    def evaluate(self, K: "Controller") -> Value:
+        """From below, on a grid made from the poles."""
+        return self.peak.evaluate(K)
+
+    def exact(self, K: "Controller") -> Value:
+        """The bracket of `disk_margin`; with dead times or a focus band the lower bound on a dense grid."""
+        if self.peak.channel.delayed or not self.peak.full:
+            found = self.peak.exact(K)
+            return Value(
+                value=found.value, frequency=found.frequency, channel=found.channel, reason=found.reason,
+                method=found.method + "; μ from below",
+            )  # fmt: skip
+        state = sampled(self.peak.channel, K)
+        if state.reason:
+            return infinite(state.reason)
+        alpha, h = self.peak.shape.alpha, self.peak.channel.sample_time  # pyright: ignore[reportAttributeAccessIssue]
+        disk = disk_margin(*state.system)
+        omega = disk.frequency if h is None else 2 / h * math.atan(disk.frequency * h / 2)
+        return Value(
+            value=alpha / disk.upper, upper=alpha / disk.lower, frequency=omega,
+            channel=", ".join(self.peak.channel.inputs), method="bracket of the disk margin, proved band by band",
+        )  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DelayMargin(Goal):
+    """Each point bears a further dead time while the others stay closed: value = delay/(smallest that destabilises).
+
+    points : names; delay : float [s]
+
+    The measure jumps where a further crossing of |L_i| = 1 appears.
+    """
+
+    points: tuple[str, ...]
+    delay: float
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "points", some_names("points", self.points))
+        object.__setattr__(self, "delay", positive("delay", self.delay, "s"))
+        no_focus(self)
+        Goal.__post_init__(self)
+
+    def bind(self, loop: Any) -> Bound:
+        """The goal on one loop."""
+        return Bound(
+            self,
+            Largest(tuple(DelayMeasure(loop.sensitivity((p,), self.openings), self.delay, p) for p in self.points)),
+        )
+
+
+def no_focus(goal: Goal) -> None:
+    """Refuse a focus band that a goal cannot use."""
+    if tuple(goal.focus) != (0.0, math.inf):
+        raise InputError(f"{type(goal).__name__} looks at all frequencies; got focus {goal.focus}. Leave it out.")
+
+
+@dataclass(frozen=True, slots=True)
+class DelayMeasure:
+    """delay/min over |L(jω)| = 1 of (arg L(jω) + π mod 2π)/ω, L = 1/S − 1 at one point."""
+
+    channel: Any
+    delay: float
+    point: str
+
+    def evaluate(self, K: "Controller") -> Value:
+        """Crossings bracketed on a grid made from the poles, then bisected."""
+        return self._value(K, "normal")
+
+    def exact(self, K: "Controller") -> Value:
+        """Crossings as eigenvalues (`analysis.margin`); with dead times or sampled, on a dense grid."""
+        if self.channel.delayed or self.channel.sample_time is not None:
+            found = self._value(K, "dense")
+            return Value(
+                value=found.value, frequency=found.frequency, channel=found.channel, reason=found.reason,
+                method="crossings on a dense grid",
+            )  # fmt: skip
+        state = sampled(self.channel, K)
+        if state.reason:
+            return infinite(state.reason)
+        try:
+            found = channel_margin(*state.system, channel=0)
+        except InputError as error:
+            return infinite(str(error))
+        value = math.inf if found.delay == 0 else self.delay / found.delay
+        return Value(
+            value=value, frequency=found.delay_frequency, channel=self.point, method="crossings as eigenvalues",
+            reason="" if found.delay else NO_ROLL_OFF,
+        )  # fmt: skip
+
+    def _value(self, K: "Controller", density: str) -> Value:
+        state = sampled(self.channel, K)
+        if state.reason:
+            return infinite(state.reason)
+        h = self.channel.sample_time
+        top = math.inf if h is None else math.pi / h
+        poles = state.poles if h is None else state.poles.real + 2j / h * np.arctan(state.poles.imag * h / 2)
+        grid = seeds(poles, np.zeros(0), (0.0, top), density)
+        finite = grid[np.isfinite(grid) & (grid > 0)]
+        if h is None and abs(self._loop(state, finite[-1:])[0]) >= 1:
+            return infinite(NO_ROLL_OFF)
+        for sign in (1, -1):  # where |L| comes close to 1 from either side between two frequencies
+            extrema = local_peaks(lambda omega, sign=sign: np.minimum(sign * self._excess(state, omega), 0.0), finite)
+            finite = np.unique(np.r_[finite, [omega for omega, _ in extrema]])
+        gain = self._excess(state, finite)
+        ends = np.flatnonzero((gain[1:] > 0) != (gain[:-1] > 0))
+        if len(ends) == 0:
+            return Value(
+                value=0.0, channel=self.point, reason="the loop gain passes 1 nowhere; any dead time is borne."
+            )
+        crossings = self._bisected(state, finite[ends], finite[ends + 1], gain[ends] > 0)
+        lag = np.angle(-self._loop(state, crossings)) % (2 * math.pi)
+        lag = np.where(lag == 0, 2 * math.pi, lag)
+        values = self.delay * crossings / lag
+        worst = int(np.argmax(values))
+        pieces = [
+            (
+                float(v),
+                self.channel.response_pullback(K, np.array([w]), self._weight(state, float(w), float(a), float(v))),
+            )
+            for v, w, a in zip(values, crossings, lag, strict=True)
+            if v >= values[worst] * (1 - NEAR)
+        ]
+        return Value(
+            value=float(values[worst]), gradients=near(pieces), frequency=float(crossings[worst]), channel=self.point,
+            method="crossings on a pole-based grid",
+        )  # fmt: skip
+
+    def _loop(self, state: Sampled, omega: np.ndarray) -> np.ndarray:
+        S = state.response(Axis.of(omega, self.channel.sample_time))[:, 0, 0]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return (1 - S) / S
+
+    def _excess(self, state: Sampled, omega: np.ndarray) -> np.ndarray:
+        """Positive where |L| > 1: 1/2 − Re S, finite everywhere."""
+        S = state.response(Axis.of(omega, self.channel.sample_time))[:, 0, 0]
+        return 0.5 - S.real
+
+    def _bisected(self, state: Sampled, low: np.ndarray, high: np.ndarray, above: np.ndarray) -> np.ndarray:
+        for _ in range(BISECTIONS):
+            middle = (low + high) / 2
+            stays = (self._excess(state, middle) > 0) == above
+            low, high = np.where(stays, middle, low), np.where(stays, high, middle)
+        return (low + high) / 2
+
+    def _weight(self, state: Sampled, omega: float, lag: float, value: float) -> np.ndarray:
+        """W of value = delay·ω/lag, with ω and lag following L: ∂ω = −Re(∂L/L)/Re(L'/L), ∂lag = Im(∂L/L + L'/L ∂ω).
+
+        L'/L is ∂ log L/∂ω along the axis, from four values (error of the fourth order in a step of 1e-3 ω).
+        """
+        L = self._loop(state, np.array([omega]))[0]
+        step = 1e-3 * omega * min(1.0, self._distance(state, omega))
+        around = np.log(self._loop(state, omega + step * np.array([-2.0, -1.0, 1.0, 2.0])) / L)
+        slope = (8 * (around[2] - around[1]) - (around[3] - around[0])) / (12 * step)
+        S = 1 / (1 + L)
+        relative = -1 / (S**2 * L)  # ∂L/L = relative · ∂S
+        # value = delay ω/lag: ∂value = value (∂ω/ω − ∂lag/lag), ∂ω = −Re(relative ∂S)/Re(slope)
+        by_omega = value * (1 / omega - slope.imag / lag)
+        coefficient = by_omega * (-relative / slope.real) + value / lag * 1j * relative
+        return np.array([[[np.conj(coefficient)]]])
+
+    def _distance(self, state: Sampled, omega: float) -> float:
+        """Of jω to the nearest pole, over ω."""
+        return float(np.abs(1j * omega - state.poles).min(initial=omega) / omega)

@@ -1,0 +1,182 @@
+"""Limits in the time domain: overshoot of a step response, and how a step disturbance is taken back.
+
+    A, B, C, D --states at many instants, by doubling--> y(t) --extrema, refined by Newton--> value
+               --derivative of the matrix exponential--> ∂y(t*)/∂(A, B, C, D) at each extremum near the largest
+
+At an extremum the instant's own shift does not count, so the gradient is that of y at a fixed time. Instants are spread
+over windows of 1000 that grow eightfold from a tenth of the fastest pole's time to eight times the slowest's. `exact`
+integrates the differential equation instead (sampled: the recursion itself). Dead times by Padé in both.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from workbench.analysis.realisation import Realisation
+from workbench.errors import InputError
+from workbench.tuning.goal import NEAR, Bound, Goal, Largest, Value, infinite, near, positive, stability_reason
+from workbench.tuning.goal_gain import check_pairs, check_signals
+from workbench.tuning.goal_margin import no_focus
+from workbench.tuning.goal_step import Steps, ode_extrema, step_gradient
+
+if TYPE_CHECKING:
+    from workbench.tuning.structure import Controller
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Overshoot(Goal):
+    """A step response exceeds its final value by at most a percentage: value = overshoot/limit, 0 without any.
+
+    inputs, outputs : names, in pairs; percent : float
+    """
+
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+    percent: float = 10.0
+
+    def __post_init__(self) -> None:
+        check_signals(self)
+        check_pairs(self)
+        no_focus(self)
+        object.__setattr__(self, "percent", positive("percent", self.percent, "%"))
+        Goal.__post_init__(self)
+
+    def bind(self, loop: Any) -> Bound:
+        """The goal on one loop, pair by pair."""
+        parts = []
+        for into, out in zip(self.inputs, self.outputs, strict=True):
+            channel = loop.channel(inputs=(into,), outputs=(out,), openings=self.openings)
+            parts.append(StepMeasure(channel, "overshoot", self.percent / 100))
+        return Bound(self, Largest(tuple(parts)))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StepRejection(Goal):
+    """The response to a step disturbance stays within a peak, and after a settling time within a fraction of it.
+
+    Parameters
+    ----------
+    inputs, outputs : names; every output counts for every input
+    peak : float
+        |y(t)| at most this for a unit step, in output units.
+    settling_time : float
+        [s]
+    fraction : float
+        |y(t)| at most fraction × peak from the settling time on.
+
+    value = the largest |y(t)|/limit(t).
+    """
+
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+    peak: float
+    settling_time: float
+    fraction: float = 0.05
+
+    def __post_init__(self) -> None:
+        check_signals(self)
+        no_focus(self)
+        object.__setattr__(self, "peak", positive("peak", self.peak))
+        object.__setattr__(self, "settling_time", positive("settling_time", self.settling_time, "s"))
+        if not 0 < self.fraction <= 1:
+            raise InputError(f"fraction must lie above 0 and up to 1; got {self.fraction!r}. Usual: 0.05.")
+        Goal.__post_init__(self)
+
+    def bind(self, loop: Any) -> Bound:
+        """The goal on one loop, pair by pair."""
+        parts = []
+        for into in self.inputs:
+            for out in self.outputs:
+                channel = loop.channel(inputs=(into,), outputs=(out,), openings=self.openings)
+                parts += [
+                    StepMeasure(channel, "size", self.peak),
+                    StepMeasure(channel, "size", self.peak * self.fraction, self.settling_time),
+                ]
+        return Bound(self, Largest(tuple(parts)))
+
+
+@dataclass(frozen=True, slots=True)
+class StepMeasure:
+    """The largest overshoot (y/y(∞) − 1) or size |y| of a unit step response from `begin` on, over a limit."""
+
+    channel: Any
+    kind: str  # "overshoot" | "size"
+    limit: float
+    begin: float = 0.0
+
+    def evaluate(self, K: "Controller") -> Value:
+        """Extrema of the exact response between instants; ∞ counts with the static gain."""
+        system, reason = self._system(K)
+        if system is None:
+            return infinite(reason)
+        steps = Steps(system, self.channel.sample_time)
+        final = steps.final
+        if self.kind == "overshoot" and abs(final) <= 1e-12 * np.abs(system.C).max(initial=1):
+            return infinite("the step response ends at zero, so its overshoot has no measure; use StepRejection.")
+        times, y = steps.extrema(self.begin)
+        measured = self._measure(y, final)
+        pieces = []
+        top = max(float(measured.max(initial=0.0)), self._at_infinity(final))
+        for t, value, sample in zip(times, measured, y, strict=True):
+            if value >= top - NEAR * max(abs(top), NEAR) and value > 0:
+                pieces.append((float(value), self._pulled(K, system, float(t), float(sample), final)))
+        at_end = self._at_infinity(final)
+        if not pieces or at_end >= top:
+            pieces.append((at_end, self._pulled(K, system, math.inf, final, final)))
+        best = int(np.argmax(measured)) if len(measured) and measured.max() >= at_end else None
+        return Value(
+            value=top, gradients=near(pieces), time=float(times[best]) if best is not None else math.inf,
+            channel=self._label(), method="exponentials and Newton's method" + self._pade(),
+        )  # fmt: skip
+
+    def exact(self, K: "Controller") -> Value:
+        """The differential equation integrated; its dense output searched for extrema."""
+        system, reason = self._system(K)
+        if system is None:
+            return infinite(reason)
+        steps = Steps(system, self.channel.sample_time)
+        final = steps.final
+        if self.kind == "overshoot" and abs(final) <= 1e-12 * np.abs(system.C).max(initial=1):
+            return infinite("the step response ends at zero, so its overshoot has no measure; use StepRejection.")
+        times, y, method = ode_extrema(steps, self.begin)
+        measured = self._measure(y, final)
+        best = int(np.argmax(measured))
+        value = max(float(measured[best]), self._at_infinity(final))
+        return Value(value=value, time=float(times[best]), channel=self._label(), method=method + self._pade())
+
+    def _system(self, K: "Controller") -> tuple[Realisation | None, str]:
+        try:
+            system = Realisation(*self.channel.system(K))
+        except InputError as error:
+            return None, str(error)
+        if not all(np.isfinite(block).all() for block in system):
+            return None, "the closed loop's matrices overflow."
+        reason = stability_reason(
+            np.linalg.eigvals(system.A) if len(system.A) else np.zeros(0), self.channel.sample_time
+        )
+        return (None, reason) if reason else (system, "")
+
+    def _measure(self, y: np.ndarray, final: float) -> np.ndarray:
+        return (y / final - 1 if self.kind == "overshoot" else np.abs(y)) / self.limit
+
+    def _at_infinity(self, final: float) -> float:
+        return 0.0 if self.kind == "overshoot" else abs(final) / self.limit
+
+    def _pulled(self, K: "Controller", system: Realisation, t: float, y: float, final: float) -> "Controller":
+        """∂value: of y at t; for the overshoot also of the final value."""
+        gradient = step_gradient(system, t, self.channel.sample_time)
+        if self.kind == "overshoot":
+            last = step_gradient(system, math.inf, self.channel.sample_time)
+            weights = (1 / final, -y / final**2)
+            parts = [a * weights[0] + b * weights[1] for a, b in zip(gradient, last, strict=True)]
+        else:
+            parts = [part * math.copysign(1.0, y) for part in gradient]
+        return self.channel.system_pullback(K, *(part / self.limit for part in parts))
+
+    def _pade(self) -> str:
+        return "; dead times by Padé" if self.channel.delayed else ""
+
+    def _label(self) -> str:
+        return f"{self.channel.inputs[0]} → {self.channel.outputs[0]}"
