@@ -53,7 +53,10 @@ def test_problems_lists_what_ships_one_line_each(command):
     assert done.code == 0
     for name in shipped_problems():
         assert sum(line.split()[:1] == [name] for line in done.out.splitlines()) == 1
-    assert [entry["name"] for entry in strict(command("problems", "--json").out)] == list(shipped_problems())
+    assert [entry["name"] for entry in strict(command("problems", "--json").out)] == [
+        *shipped_problems(),
+        *shipped_problems("tuning"),
+    ]
 
 
 def test_analysis_as_json_has_the_keys_that_others_read(command, report_gains):

@@ -18,7 +18,7 @@ def design(
     starts: Annotated[int, typer.Option(help="Seeded starts of the optimiser.")] = 16,
     seed: Annotated[int, typer.Option(help="Seed of the random starts.", min=0)] = 0,
     fix: Annotated[str, typer.Option(help="Parameters held at given values: tau_h=0.637,K_zddot=0")] = "",
-    solver: Annotated[str, typer.Option(help="slsqp or ipopt.")] = "slsqp",
+    solver: Annotated[str, typer.Option(help="slsqp or ipopt; restriction for a tuning problem.")] = "slsqp",
     trade_off: Annotated[
         bool, typer.Option(help="Sweep the cost against the allowed peak sensitivity for the report.")
     ] = True,
@@ -36,12 +36,15 @@ def design(
     """Optimises, verifies, writes the gain table and the report.
 
     A problem with a [schedule] gets gains that are polynomials of the speed, checked over its whole range; its
-    requirements hold at cruise. With --speed, or --robust, one set of gains for one speed instead.
+    requirements hold at cruise. With --speed, or --robust, one set of gains for one speed instead. A tuning problem
+    (kind = "tuning") takes --solver slsqp or restriction.
     """
     from workbench.commands.output import emit_json, emit_rows, emit_table, progress
+    from workbench.commands.tuning_design import design_tuning
     from workbench.design.design import design as solve
     from workbench.design.robustness import robustness
-    from workbench.export.problem import load_problem
+    from workbench.errors import InputError
+    from workbench.export.problem import load_problem, tuning_folder
     from workbench.export.reading import check_writable, write_text
     from workbench.export.report import report_html
     from workbench.export.report_schedule import with_schedule
@@ -50,6 +53,11 @@ def design(
     from workbench.result import figure
     from workbench.vehicle import varied
 
+    plant_alone = tuning_folder(problem)
+    if plant_alone is not None:
+        if fix or speed is not None or robust:
+            raise InputError(f"{problem!r} has no vehicle; --fix, --speed and --robust are not for it. Leave them out.")
+        return design_tuning(plant_alone, out, solver=solver, json=json)
     loaded = load_problem(problem, speed=speed).with_fixed(parse_fixed(fix))
     check_writable(out)
     scheduled = borne = None

@@ -13,8 +13,11 @@ def problems(json: Json = False) -> None:
     from workbench.export.problem import parse_problem, shipped_problems
     from workbench.export.reading import read_mapping
 
-    files = {name: parse_problem(read_mapping(folder / "data.toml")) for name, folder in shipped_problems().items()}
+    heads = {n: parse_problem(read_mapping(f / "data.toml")).problem for n, f in shipped_problems().items()}
+    found = [{"name": name, "title": head.title, "groups": head.groups} for name, head in heads.items()]
+    for name, folder in shipped_problems("tuning").items():
+        found.append({"name": name, "title": read_mapping(folder / "data.toml")["problem"]["title"], "groups": []})
     if json:
-        emit_json([{"name": name, "title": f.problem.title, "groups": f.problem.groups} for name, f in files.items()])
+        emit_json(found)
     else:
-        emit_table("Problems", ("name", "title"), [(name, f.problem.title) for name, f in files.items()])
+        emit_table("Problems", ("name", "title"), [(entry["name"], entry["title"]) for entry in found])

@@ -42,14 +42,24 @@ def shipped_folder() -> Path:
     return inside if inside.is_dir() else Path(str(files("workbench"))).parent / "problems"
 
 
-def shipped_problems() -> dict[str, Path]:
-    """Name to folder of every shipped problem."""
+def shipped_problems(kind: str = "vehicle") -> dict[str, Path]:
+    """Name to folder of every shipped problem of a kind: "vehicle", or "tuning" (`export.tuning_problem`)."""
     folder = shipped_folder()
-    return (
-        {path.name: path for path in sorted(folder.iterdir()) if (path / "data.toml").is_file()}
-        if folder.is_dir()
-        else {}
-    )
+    paths = sorted(folder.iterdir()) if folder.is_dir() else []
+    found = {path.name: path for path in paths if (path / "data.toml").is_file()}
+    return {name: path for name, path in found.items() if is_tuning_problem(path) == (kind == "tuning")}
+
+
+def is_tuning_problem(folder: Path) -> bool:
+    """Whether the folder's data.toml says `kind = "tuning"`."""
+    head = read_mapping(folder / "data.toml").get("problem")
+    return isinstance(head, dict) and head.get("kind") == "tuning"
+
+
+def tuning_folder(name: str) -> Path | None:
+    """The folder of a tuning problem that ships under this name or lies there; None for anything else."""
+    folder = shipped_problems("tuning").get(name, Path(name))
+    return folder if _is_file(folder / "data.toml") and is_tuning_problem(folder) else None
 
 
 def _is_file(path: Path) -> bool:
@@ -68,6 +78,11 @@ def load_problem(name: str, *, speed: float | None = None) -> Problem:
     InputError
         If there is no such problem, or its data are not usable; the sentence names the key.
     """
+    if tuning_folder(name) is not None:
+        raise InputError(
+            f"the problem must be a vehicle's; {name!r} tunes a controller for a plant of its own. "
+            "Give it to 'workbench design'."
+        )
     known = shipped_problems()
     folder = known.get(name, Path(name))
     if not _is_file(folder / "data.toml"):
@@ -88,7 +103,7 @@ def load_problem(name: str, *, speed: float | None = None) -> Problem:
         hashlib.sha256(text.encode()).hexdigest(),
         _approved(approved, own if speed is None else speed) if approved.is_file() else None,
     )
-    problem = _builder(folder)(whole if speed is None else whole.at_speed(speed))
+    problem = builder(folder)(whole if speed is None else whole.at_speed(speed))
     if not isinstance(problem, Problem):
         raise InputError(f"{folder / 'problem.py'} must return a design.Problem; got a {type(problem).__name__}.")
     return problem
@@ -326,7 +341,7 @@ def _number(name: str, value) -> float:
     return value
 
 
-def _builder(folder: Path):
+def builder(folder: Path):
     """The function `problem` of the folder's problem.py, or the plain builder where there is none."""
     path = folder / "problem.py"
     if not path.is_file():

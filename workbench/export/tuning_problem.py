@@ -20,7 +20,6 @@ from workbench.export.reading import read_mapping
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
-KIND = "tuning"
 
 
 class _Block(BaseModel):
@@ -128,12 +127,6 @@ class TuningData:
             "S": given.peak_sensitivity_at_most, "T": given.peak_complementary_sensitivity_at_most, "Q": control,
         }  # fmt: skip
         return {name: limit for name, limit in whole.items() if limit is not None}
-
-
-def is_tuning_problem(folder: Path) -> bool:
-    """Whether the folder's data.toml says `kind = "tuning"`."""
-    head = read_mapping(folder / "data.toml").get("problem")
-    return isinstance(head, dict) and head.get("kind") == KIND
 
 
 def load_tuning_problem(folder: Path) -> PidProblem:

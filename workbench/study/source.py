@@ -15,7 +15,7 @@ from typing import Any
 from workbench.control import Gains
 from workbench.design.problem import Problem
 from workbench.errors import InputError
-from workbench.export.problem import ProblemData, _builder, load_problem, parse_problem, read_gains, shipped_problems
+from workbench.export.problem import ProblemData, builder, load_problem, parse_problem, read_gains, shipped_problems
 from workbench.export.reading import read_text
 
 
@@ -62,13 +62,13 @@ class Source:
         """What problem.py makes of data: in its own folder where that is at hand, else in one made for it."""
         own = Path(self.folder) / "problem.py"
         if self.code is not None and own.is_file() and read_text(own) == self.code:
-            return _builder(own.parent)
+            return builder(own.parent)
         with tempfile.TemporaryDirectory(prefix="workbench-study-") as place:
             folder = Path(place) / self.name
             folder.mkdir()
             if self.code is not None:
                 (folder / "problem.py").write_text(self.code, encoding="utf-8")
-            return _builder(folder)
+            return builder(folder)
 
     def numbers(self) -> dict[str, float]:
         """Dotted path to value of every number in the data."""
