@@ -10,7 +10,10 @@ import pytest
 from workbench.control import GAIN_NAMES
 from workbench.export.problem import shipped_problems
 
-COMMANDS = ("problems", "design", "analyse", "model", "forces", "motor", "propulsion", "noise", "reproduce", "export")
+COMMANDS = (
+    "problems", "design", "analyse", "compare", "model", "forces", "motor", "propulsion", "noise", "reproduce",
+    "verify", "export", "study",
+)  # fmt: skip
 QUICK = ("--starts", "1", "--seed", "1", "--no-trade-off")  # one start of heave takes about a second
 
 
@@ -57,6 +60,16 @@ def test_problems_lists_what_ships_one_line_each(command):
         *shipped_problems(),
         *shipped_problems("tuning"),
     ]
+
+
+@pytest.mark.parametrize(("typed", "offered"), [("rev", ["revenue_vehicle"]), ("wood", ["wood_berry"]), ("zz", [])])
+def test_the_shell_completes_problem_names(typed, offered):
+    env = {**os.environ, "_WORKBENCH_COMPLETE": "complete_bash", "COMP_WORDS": f"workbench design {typed}"}
+    done = subprocess.run(
+        [os.path.join(os.path.dirname(sys.executable), "workbench")],
+        env={**env, "COMP_CWORD": "2"}, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.stdout.split() == offered
 
 
 def test_analysis_as_json_has_the_keys_that_others_read(command, report_gains):

@@ -5,9 +5,14 @@ from typing import Annotated
 
 import typer
 
-from workbench.commands.problems import Json
+from workbench.commands.problems import Json, problem_names
 
-Name = Annotated[str, typer.Argument(metavar="PROBLEM", help="A shipped problem, or a folder with data.toml.")]
+Name = Annotated[
+    str,
+    typer.Argument(
+        metavar="PROBLEM", help="A shipped problem, or a folder with data.toml.", autocompletion=problem_names
+    ),
+]
 
 
 Speed = Annotated[

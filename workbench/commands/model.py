@@ -6,11 +6,12 @@ from typing import Annotated
 
 import typer
 
+from workbench.commands.analyse import Name
 from workbench.commands.output import emit_json, emit_rows, emit_table
 
 
 def model(
-    problem: Annotated[str, typer.Argument(metavar="PROBLEM", help="A shipped problem, or a folder with data.toml.")],
+    problem: Name,
     gains: Annotated[
         Path | None,
         typer.Option(help="Gain table, or TOML/JSON mapping of the seventeen names; the approved gains if left out."),

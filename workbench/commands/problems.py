@@ -7,6 +7,13 @@ import typer
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON document.")]
 
 
+def problem_names(incomplete: str) -> list[str]:
+    """Shipped problems that begin so, for the shell's completion."""
+    from workbench.export.problem import shipped_problems
+
+    return [name for kind in ("vehicle", "tuning") for name in shipped_problems(kind) if name.startswith(incomplete)]
+
+
 def problems(json: Json = False) -> None:
     """Lists the problems that ship, one line each."""
     from workbench.commands.output import emit_json, emit_table
