@@ -5,7 +5,7 @@ problems/<name>/data.toml --schema--> ProblemFile --problem.py--> design.Problem
 
 import hashlib
 import importlib.util
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from importlib.resources import files
 from pathlib import Path
@@ -341,11 +341,11 @@ def _number(name: str, value) -> float:
     return value
 
 
-def builder(folder: Path):
-    """The function `problem` of the folder's problem.py, or the plain builder where there is none."""
+def builder(folder: Path, plain: Callable = ProblemData.build, kind: str = "design.Problem") -> Callable:
+    """The function `problem` of the folder's problem.py, which makes a `kind`; the plain one where there is none."""
     path = folder / "problem.py"
     if not path.is_file():
-        return ProblemData.build
+        return plain
     spec = importlib.util.spec_from_file_location(f"workbench_problem_{folder.resolve().name}", path)
     if spec is None or spec.loader is None:
         raise InputError(f"{path} must be a Python file; it cannot be imported.")
@@ -355,7 +355,7 @@ def builder(folder: Path):
     except SyntaxError as error:
         raise InputError(f"{path} must be valid Python; line {error.lineno}: {error.msg}.") from error
     if not callable(getattr(module, "problem", None)):
-        raise InputError(f"{path} must define problem(data) that returns a design.Problem.")
+        raise InputError(f"{path} must define problem(data) that returns a {kind}.")
     return module.problem
 
 

@@ -5,7 +5,6 @@
 Time is in minutes in the data (process industry) and in the record too: rates and frequencies are per minute.
 """
 
-import importlib.util
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -15,6 +14,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from workbench.convex.delayed import AffineLaw, DelayedPlant, Rational
 from workbench.convex.pid_problem import PidProblem
 from workbench.errors import InputError
+from workbench.export.problem import builder
 from workbench.export.reading import read_mapping
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
@@ -138,21 +138,7 @@ def load_tuning_problem(folder: Path) -> PidProblem:
         first = error.errors(include_url=False, include_context=False)[0]
         key = ".".join(str(part) for part in first["loc"])
         raise InputError(f"{path}: {key} is not usable: {first['msg']}; got {str(first.get('input'))[:60]}.") from error
-    problem = _builder(folder)(TuningData(file, folder.resolve().name))
+    problem = builder(folder, TuningData.build, "PidProblem")(TuningData(file, folder.resolve().name))
     if not isinstance(problem, PidProblem):
         raise InputError(f"{folder / 'problem.py'} must return a PidProblem; got a {type(problem).__name__}.")
     return problem
-
-
-def _builder(folder: Path):
-    path = folder / "problem.py"
-    if not path.is_file():
-        return TuningData.build
-    spec = importlib.util.spec_from_file_location(f"workbench_problem_{folder.resolve().name}", path)
-    if spec is None or spec.loader is None:
-        raise InputError(f"{path} must be a Python file; it cannot be imported.")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    if not callable(getattr(module, "problem", None)):
-        raise InputError(f"{path} must define problem(data) that returns a PidProblem.")
-    return module.problem
