@@ -4,7 +4,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: design test slow bench lint lock wheel clean
+.PHONY: design test slow bench guide lint lock wheel clean
 design: $(READY)
 	$(BIN)/workbench design revenue_vehicle --out results/revenue_vehicle
 
@@ -16,6 +16,9 @@ slow: $(READY)
 
 bench: $(READY)
 	$(BIN)/python -m tests.bench
+
+guide: $(READY)
+	$(BIN)/sphinx-build -W --keep-going -q -b html notebooks/guide results/guide
 
 lint: $(READY)
 	$(BIN)/ruff check .
