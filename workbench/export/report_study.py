@@ -4,14 +4,13 @@ StudyResult --> failing share, distributions, sensitivity, fronts, parameters, p
 """
 
 import json
-from collections.abc import Sequence
 from html import escape
 from pathlib import Path
 
 import numpy as np
 
 from workbench.export.reading import write_text
-from workbench.export.report_style import figure_block, style_sheet, svg_figure, table_block
+from workbench.export.report_style import NAMED_FRAME, WIDE_FRAME, figure_block, style_sheet, svg_figure, table_block
 from workbench.plots.study import histogram, plot_front, plot_histogram, plot_scatter, plot_sensitivity, thinned
 from workbench.result import figure as digits
 from workbench.study.definition import spread
@@ -85,10 +84,10 @@ def _failing(result: StudyResult) -> str:
 def _sensitivity(result: StudyResult) -> str:
     """Bars of every quantity, and its scatter over the parameter that moves it most."""
     blocks = []
-    for k, (quantity, own) in enumerate(list(_by_quantity(result.indices).items())[:MOST_FIGURES]):
+    for k, (quantity, own) in enumerate(list(_telling(result).items())[:MOST_FIGURES]):
         svg = svg_figure(
             lambda ax, own=own: plot_sensitivity(own, ax=ax), f"moves-{k}", f"Sensitivity of {quantity}",
-            size=(5.4, 1.6 + 0.32 * len({i.parameter for i in own})),
+            size=(5.4, 1.6 + 0.32 * len({i.parameter for i in own})), frame=NAMED_FRAME,
         )  # fmt: skip
         rows = [[i.parameter, i.kind, digits(i.value), digits(i.low), digits(i.high)] for i in own]
         caption = f"{quantity}: {own[0].used} {'base points' if result.study.sampling == 'sobol' else 'rows'} used."
@@ -110,7 +109,7 @@ def _scatter(result: StudyResult, quantity: str, parameter: str, k: int) -> str:
     limits = [limit for limit in result.limits if limit.quantity == quantity]
     svg = svg_figure(
         lambda ax: plot_scatter(x, y, (parameter, quantity), failed=result.failed, limits=limits, ax=ax),
-        f"scatter-{k}", f"{quantity} over {parameter}",
+        f"scatter-{k}", f"{quantity} over {parameter}", frame=WIDE_FRAME,
     )  # fmt: skip
     shown = np.flatnonzero(np.isfinite(y))
     listed = thinned(shown)[:LISTED]
@@ -193,8 +192,10 @@ def _provenance(result: StudyResult) -> str:
     )
 
 
-def _by_quantity(indices: Sequence[Index]) -> dict[str, list[Index]]:
+def _telling(result: StudyResult) -> dict[str, list[Index]]:
+    """Indices by quantity, without those that are a yes or a no: their shares stand under the failing rows."""
     out: dict[str, list[Index]] = {}
-    for one in indices:
-        out.setdefault(one.quantity, []).append(one)
+    for one in result.indices:
+        if not set(result.columns[one.quantity]) <= {True, False, None}:
+            out.setdefault(one.quantity, []).append(one)
     return out

@@ -44,13 +44,18 @@ _RC = {
     "font.size": 9.5,
     "legend.fontsize": 8.5,
 }
-_FRAME = (0.13, 0.13, 0.85, 0.78)  # of the axes in a figure: room for labels of the sizes above
+FRAME = (0.13, 0.13, 0.85, 0.78)  # of the axes in a figure: room for labels of the sizes above
+WIDE_FRAME = (0.19, 0.13, 0.79, 0.78)  # where numbers of many digits do
+NAMED_FRAME = (0.34, 0.13, 0.64, 0.78)  # where words stand at the left
 
 
-def svg_figure(draw: Callable[[Any], Any], name: str, label: str, *, size: tuple[float, float] = (5.4, 3.7)) -> str:
+def svg_figure(
+    draw: Callable[[Any], Any], name: str, label: str, *, size: tuple[float, float] = (5.4, 3.7), frame=FRAME
+) -> str:
     """What `draw(ax)` draws, as an inline <svg> that follows the style sheet.
 
     name : prefix of the ids inside, unique in the document;  label : for those who cannot see it;  size : inches
+    frame : left, bottom, width, height of the axes, as shares of the size
     """
     import matplotlib
     from cycler import cycler
@@ -58,7 +63,7 @@ def svg_figure(draw: Callable[[Any], Any], name: str, label: str, *, size: tuple
 
     with matplotlib.rc_context({**_RC, "axes.prop_cycle": cycler(color=SERIES)}):
         figure = Figure(figsize=size)
-        draw(figure.add_axes(_FRAME))
+        draw(figure.add_axes(frame))
         stream = StringIO()
         figure.savefig(stream, format="svg", metadata={"Date": None})
     svg = stream.getvalue()
