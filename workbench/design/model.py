@@ -30,7 +30,8 @@ PARAMETERS: dict[str, tuple[str, float | None]] = {
 SENSORS = {"vertical_sensors": VERTICAL, "lateral_sensors": LATERAL}
 STABILITY = ("damping ratio", "decay rate", "peak sensitivity", "delay margin")  # asked of every model unless told
 COSTS = ("nominal", "worst", "mean")
-ALL_VERTICES = 7  # up to so many parameters every vertex is looked at, 128 of them; beyond, as many drawn ones
+ALL_VERTICES = 9  # up to so many parameters every vertex is looked at, 512 of them
+DRAWN = 128  # vertices of a larger box that are looked at besides the middle of every face
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
@@ -98,7 +99,7 @@ class Box:
         if size <= ALL_VERTICES:
             return np.array(list(product((0.0, 1.0), repeat=size)), float)
         single = np.vstack([np.where(np.eye(size, dtype=bool)[i], end, 0.5) for i in range(size) for end in (0.0, 1.0)])
-        return np.vstack([single, generator.integers(0, 2, size=(2**ALL_VERTICES, size)).astype(float)])
+        return np.vstack([single, generator.integers(0, 2, size=(DRAWN, size)).astype(float)])
 
 
 # What a vehicle in service may differ by when nothing else is said (certification: boxes of the proofs).

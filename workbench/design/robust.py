@@ -7,7 +7,7 @@ The nominal vehicle keeps every requirement of the problem; every model keeps wh
 not a proof: `verify` proves boxes. What it found worst is told, model by model.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from time import monotonic
 
@@ -27,32 +27,19 @@ from workbench.design.design import (
     rounded,
 )
 from workbench.design.family import Family, SharedChart, tuned
-from workbench.design.model import SENSORS, STABILITY, Box, Model, Variation, model_of, sentence
+from workbench.design.model import Model, Variation, sentence
 from workbench.design.problem import Problem
 from workbench.design.requirement import Requirement, Verdict
-from workbench.design.solve import Outcome
+from workbench.design.solve import Outcome, least_violation, minimise
 from workbench.design.steering import Programme
-from workbench.design.verdict import margin_verdicts, verdicts
+from workbench.design.verdict import verdicts
+from workbench.design.worst import Search, Worst, in_words, judged_model, same_model, shortfall
 from workbench.errors import InfeasibleError, InputError
-from workbench.result import Result, Row
+from workbench.result import Result, Row, figure
 
 BACK_OFF = BACK_OFFS[1]  # relative distance kept from every limit: what a model between two of the set may exceed
 ROUNDS = 12
 HOMOTOPY = (1.5, 1.2, 1.0)
-STEPS = (0.5, 0.25, 0.1)  # of the local search, in the unit cube
-NEAR = 0.05  # relative slack below which a requirement's worst corner is searched around
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
-class Worst(Result):
-    """The worst model found for one requirement."""
-
-    verdict: Verdict
-    values: Mapping[str, float]
-
-    def rows(self) -> list[Row]:
-        v = self.verdict
-        return [(f"{v.name} {v.sense} {v.limit:g}", v.value, v.unit), ("at", sentence(self.values), "")]
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -148,79 +135,6 @@ def robust_design(
         )  # fmt: skip
 
 
-class Search:
-    """Finds the worst models of a variation under given gains; remembers plants between searches."""
-
-    def __init__(self, problem: Problem, variation: Variation, seed: int = 0) -> None:
-        self.problem, self.variation = problem, variation
-        self.asked = variation.asked(problem)
-        self._seed, self._plants = seed, {}
-        self.looked_at = 0
-
-    def model(self, values: Mapping[str, float], name: str = "") -> Model:
-        """A model, its plant built once."""
-        plant = tuple(sorted((k, round(v, 12)) for k, v in values.items() if k not in SENSORS))
-        if plant not in self._plants:
-            self._plants[plant] = model_of(self.problem, dict(plant), self.asked).problem
-        return Model(name=name or sentence(values), values=dict(values), problem=self._plants[plant])
-
-    def verdicts(self, values: Mapping[str, float], gains: Gains) -> tuple[Verdict, ...]:
-        """Exact verdicts on one model."""
-        self.looked_at += 1
-        return judged_model(self.model(values), gains)
-
-    def worst(self, gains: Gains) -> tuple[Worst, ...]:
-        """The worst model of each requirement: named models, vertices, and a local search around the worst."""
-        self.looked_at = 0
-        found: list[tuple[tuple[Verdict, ...], Mapping[str, float]]] = []
-        for values in self.variation.models.values():
-            found.append((self.verdicts(values, gains), values))
-        box = self.variation.box
-        if box is not None:
-            generator = np.random.default_rng(self._seed)
-            corners = box.corners(generator)
-            inside = generator.uniform(size=(2 * len(box.names), len(box.names)))
-            units = np.vstack([corners, inside])
-            judged = [self.verdicts(box.at(u), gains) for u in units]
-            found += [(v, box.at(u)) for v, u in zip(judged, units, strict=True)]
-            for i, r in enumerate(self.asked):
-                miss = [_miss(r, v[i]) for v in judged]
-                k = int(np.argmax(miss))
-                if miss[k] > -NEAR and np.isfinite(miss[k]):
-                    found += self._climbed(box, units[k], miss[k], i, r, gains)
-        worst = [max(found, key=lambda f: _miss(r, f[0][i])) for i, r in enumerate(self.asked)]
-        return tuple(Worst(verdict=f[0][i], values=f[1]) for i, f in enumerate(worst))
-
-    def _climbed(self, box: Box, unit: np.ndarray, miss: float, i: int, r: Requirement, gains: Gains):
-        """Models met on a climb towards a larger miss, one parameter at a time with shrinking steps."""
-        met = []
-        for step in STEPS:
-            for k in range(len(unit)):
-                for sign in (1.0, -1.0):
-                    moved = unit.copy()
-                    moved[k] = np.clip(moved[k] + sign * step, 0.0, 1.0)
-                    if moved[k] == unit[k]:
-                        continue
-                    judged = self.verdicts(box.at(moved), gains)
-                    met.append((judged, box.at(moved)))
-                    if _miss(r, judged[i]) > miss:
-                        unit, miss = moved, _miss(r, judged[i])
-        return met
-
-
-def judged_model(model: Model, gains: Gains) -> tuple[Verdict, ...]:
-    """One exact verdict for each of the model's requirements, its sensors reading as they do."""
-    own, problem = model.gains(gains), model.problem
-    if {r.name for r in problem.requirements} <= set(STABILITY):
-        return margin_verdicts(problem, own)
-    each = verdicts(problem, analyse(problem.setting, own, model.name))
-    return tuple(max((v for v in each if v.name == r.name), key=lambda v: _miss(r, v)) for r in problem.requirements)
-
-
-def _miss(requirement: Requirement, verdict: Verdict) -> float:
-    return float("inf") if verdict.value is None else requirement.shortfall(verdict.value)
-
-
 class _Exchange:
     """Tunes, searches, adds; keeps the cheapest gains that held everywhere."""
 
@@ -228,65 +142,85 @@ class _Exchange:
         self.family, self.chart, self.search = family, chart, search
         self._on_round, self._deadline = on_round, deadline
         self.rounds = 0
-        self._closest: tuple[float, Verdict, Mapping[str, float]] | None = None
+        self._late = False
+        self._closest: tuple[float, Verdict, Mapping[str, float], tuple[Worst, ...]] | None = None
 
     def improved(self, x: np.ndarray, best):
         """The better of `best` and what this candidate leads to: (gains, outcome, worst models)."""
         family, z = self.family, x
         for number in range(ROUNDS):
+            if self.rounds and monotonic() > self._deadline:
+                self._late = True
+                return best
             outcome = tuned(family, family.whole(z), HOMOTOPY if number == 0 else (1.0,))
-            z = family.chart_of(outcome.x)
             if best is not None and (not outcome.feasible or outcome.cost > best[1].cost):
                 return best
-            gains = rounded(family.gains(outcome.x))
+            if not outcome.feasible:
+                outcome = self._repaired(outcome)
+            z = family.chart_of(outcome.x)
             if family.growth(outcome.x) >= 0:
                 return best
-            self.rounds += 1
-            worst = self.search.worst(gains)
-            failing = [w for w in worst if not w.verdict.met]
-            own = [v for v in _exact(self.search.problem, gains) if not v.met]
-            self._remember(failing, own)
-            if self._on_round:
-                self._on_round(self.rounds, _words(worst))
+            gains = rounded(family.gains(outcome.x))
+            worst, failing, own = self._searched(gains)
             if not failing and not own:
                 return gains, outcome, worst
-            new = [w for w in failing if not any(_same(w.values, m.model.values) for m in family.members)]
-            if (not new and not outcome.feasible) or monotonic() > self._deadline:
+            if not outcome.feasible:  # more models ask for more
                 return best
+            new = [w for w in failing if not any(same_model(w.values, m.model.values) for m in family.members)]
             if not new:
                 family.set_back_off(3 * family.back_off)
             for w in new:
-                if not any(_same(w.values, m.model.values) for m in family.members):
+                if not any(same_model(w.values, m.model.values) for m in family.members):
                     _add(family, self.chart, self.search.model(w.values))
         return best
 
-    def _remember(self, failing: Sequence[Worst], own: Sequence[Verdict]) -> None:
+    def _repaired(self, outcome: Outcome) -> Outcome:
+        """A minimum from the point that violates least, where that one is feasible; else that point."""
+        least = least_violation(self.family, outcome.x)
+        if not least.feasible:
+            return least
+        again = minimise(self.family, least.x)
+        return again if again.feasible else least
+
+    def _searched(self, gains: Gains) -> tuple[tuple[Worst, ...], list[Worst], list[Verdict]]:
+        """The worst models, those of them that fail, and what the nominal vehicle misses."""
+        self.rounds += 1
+        worst = self.search.worst(gains)
+        failing = [w for w in worst if not w.verdict.met]
+        own = [v for v in _exact(self.search.problem, gains) if not v.met]
+        if self._on_round:
+            self._on_round(self.rounds, in_words(worst))
         missed = [(w.verdict, w.values) for w in failing] + [(v, {}) for v in own]
         if missed:
-            verdict, values = max(missed, key=lambda m: _miss(Requirement(m[0].name, m[0].limit), m[0]))
-            miss = _miss(Requirement(verdict.name, verdict.limit), verdict)
+            verdict, values = max(missed, key=lambda m: shortfall(Requirement(m[0].name, m[0].limit), m[0]))
+            miss = shortfall(Requirement(verdict.name, verdict.limit), verdict)
             if self._closest is None or miss < self._closest[0]:
-                self._closest = (miss, verdict, values)
+                self._closest = (miss, verdict, values, worst)
+        return worst, failing, own
 
     def refusal(self) -> InfeasibleError:
-        """What missed by least, and where."""
+        """What missed by least, where, and what the same gains reach."""
         name = self.search.problem.name
         if self._closest is None:
             return InfeasibleError(f"no gains of {name!r} were stable at every model; narrow the intervals.")
-        miss, verdict, values = self._closest
+        miss, verdict, values, worst = self._closest
+        reached = ", ".join(
+            f"{w.verdict.name} {figure(w.verdict.value)} {w.verdict.unit}".removesuffix(" 1")
+            for w in worst
+            if w.verdict.value is not None
+        )
+        tried = "the time budget ended before" if self._late else "no"
+        keep = "kept" if self._late else "keep"
         return InfeasibleError(
-            f"no gains of {name!r} keep their limits at every model: {verdict.sentence()} at {sentence(values)}, "
-            f"a miss of {100 * miss:.2g} %. Narrow the intervals or relax the limit for the models."
+            f"{tried} gains of {name!r} {keep} their limits at every model: {verdict.sentence()} at "
+            f"{sentence(values)}, a miss of {100 * miss:.2g} %. These gains reach everywhere: {reached}. "
+            "Narrow the intervals or relax the limit for the models."
         )
 
 
 def _add(family: Family, chart: SharedChart, model: Model) -> None:
     chart.add(model.scale)
     family.add(model)
-
-
-def _same(one: Mapping[str, float], other: Mapping[str, float]) -> bool:
-    return one.keys() == other.keys() and all(abs(one[k] - other[k]) < 1e-9 for k in one)
 
 
 def _exact(problem: Problem, gains: Gains) -> tuple[Verdict, ...]:
@@ -308,14 +242,6 @@ def _judged(problem: Problem, gains: Gains, outcome: Outcome, log, seed: int, so
         problem=problem, gains=gains, analysis=analysis, requirements=verdicts(problem, analysis), starts=tuple(log),
         binding=outcome.binding, seed=seed, solver=solver,
     )  # fmt: skip
-
-
-def _words(worst: Sequence[Worst]) -> str:
-    parts = []
-    for w in worst:
-        value = "unstable" if w.verdict.value is None else f"{w.verdict.value:.4g}"
-        parts.append(f"{w.verdict.name} {value} at {sentence(w.values)}")
-    return "; ".join(parts)
 
 
 __all__ = ["RobustDesign", "Search", "Worst", "judged_model", "robust_design"]

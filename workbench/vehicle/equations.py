@@ -6,13 +6,19 @@ The longitudinal equation is trivial at constant speed: thrust equals drag. Forc
 moment equations in body axes; coil-set forces stay normal to the guideway surfaces. Source: report, Appendix B.2, B.3.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import casadi as ca
 
 from workbench.constants import GRAVITY
 from workbench.lti.signals import COORDINATES as COORDINATES
 from workbench.vehicle.parameters import Vehicle
+
+# (number of the set, its gap change, lateral gap change and roll (3,), rates of the two gaps (2,), α)
+# -> lift, lateral force [N], roll moment [N m]
+SetForces = Callable[[int, Any, Any, Any], tuple[Any, Any, Any]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,9 +68,13 @@ def gaps(vehicle: Vehicle, pose, zeta, eta):
     return ca.vertcat(*vertical) - zeta, ca.vertcat(*lateral) - eta
 
 
-def equations(vehicle: Vehicle) -> Motion:
-    """The equations of motion of a vehicle, in fresh symbols."""
+def equations(vehicle: Vehicle, forces_of_set: SetForces | None = None) -> Motion:
+    """The equations of motion of a vehicle, in fresh symbols.
+
+    forces_of_set : what each coil set answers, damping included; by the vehicle's own law and damping if left out
+    """
     n, extras = vehicle.count, vehicle.extras
+    answer = forces_of_set or _law_and_damping(vehicle)
     pose, velocity, external = ca.SX.sym("pose", 5), ca.SX.sym("velocity", 5), ca.SX.sym("external", 5)
     alpha, zeta, eta, bank = (ca.SX.sym(name, n) for name in ("alpha", "zeta", "eta", "bank"))
     _, Theta, _, Phi, Psi = ca.vertsplit(pose)
@@ -80,9 +90,8 @@ def equations(vehicle: Vehicle) -> Motion:
     force, moment = ca.SX.zeros(3), ca.SX.zeros(3)
     for i, ((x, y), side) in enumerate(zip(vehicle.positions, vehicle.sides, strict=True)):
         roll = -side * (Phi - bank[i])
-        lift, lateral, roll_moment = vehicle.force_law.forces(gap[i], gap_lateral[i], roll, alpha[i])
-        lift = lift - extras.lift_damping * gap_rate[i]
-        lateral = lateral - extras.lateral_damping * gap_lateral_rate[i]
+        deviation, rates = ca.vertcat(gap[i], gap_lateral[i], roll), ca.vertcat(gap_rate[i], gap_lateral_rate[i])
+        lift, lateral, roll_moment = answer(i, deviation, rates, alpha[i])
         tilt = bank[i] if extras.bank_reading == "section" else ca.SX(0)
         at_coil = ca.mtimes(
             rotation(tilt, 0, 0), ca.vertcat(-vehicle.force_law.drag_ratio * (lift + lateral), side * lateral, -lift)
@@ -119,6 +128,16 @@ def equations(vehicle: Vehicle) -> Motion:
         pose_rate=pose_rate, acceleration=ca.vertcat(Z_acc, q_acc, Y_acc, p_acc, r_acc),
         gap=gap, gap_lateral=gap_lateral, sensed_z=ca.vertcat(*sensed_z), sensed_y=ca.vertcat(*sensed_y),
     )  # fmt: skip
+
+
+def _law_and_damping(vehicle: Vehicle) -> SetForces:
+    law, extras = vehicle.force_law, vehicle.extras
+
+    def answer(_: int, deviation, rates, alpha):
+        lift, lateral, roll_moment = law.forces(deviation[0], deviation[1], deviation[2], alpha)
+        return lift - extras.lift_damping * rates[0], lateral - extras.lateral_damping * rates[1], roll_moment
+
+    return answer
 
 
 def _local_stiffness(vehicle: Vehicle, gap, gap_lateral, roll, alpha):

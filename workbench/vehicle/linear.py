@@ -1,6 +1,6 @@
 """Linearisation at a checked trim: the matrices of Tables B-1 and B-2, and a Plant with named signals.
 
-equations --CasADi Jacobians at the trim--> dynamics, inputs --> Linearisation --> Plant (with current loops)
+trim --compiled body (slopes of every set, Jacobians)--> A, B, C, D --> Linearisation --> Plant (with current loops)
 """
 
 from dataclasses import dataclass
@@ -8,12 +8,14 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
+from workbench.forces.law import FirstOrderLaw
 from workbench.lti import Plant
 from workbench.lti.signals import COORDINATES
 from workbench.result import Result, Row
+from workbench.vehicle.body import held_by_moment, inertia, tangent_at, tangents
 from workbench.vehicle.equations import equations
 from workbench.vehicle.parameters import Vehicle
-from workbench.vehicle.trim import Trim, trim
+from workbench.vehicle.trim import Trim
 
 EXTERNAL = ("force_z", "moment_pitch", "force_y", "moment_roll", "moment_yaw")
 SYMMETRIC, ANTISYMMETRIC = (0, 1), (2, 3, 4)  # positions in COORDINATES
@@ -58,10 +60,29 @@ def linearise(vehicle: Vehicle, at: Trim | None = None) -> Linearisation:
     external loads; outputs are the coordinates, their rates and accelerations, and per coil set current, gap,
     gap_lateral, acceleration_z and acceleration_y (accelerometer readings, away from the guideway positive).
     """
-    at = trim(vehicle) if at is None else at
+    at = held_by_moment(vehicle) if at is None else at
+    return assembled(at, _state_space(at))
+
+
+def assembled(at: Trim, state_space) -> Linearisation:
+    """The record of a linear vehicle whose A, B, C, D, of states pose and velocity, are known."""
+    A, B, C, D = state_space
+    vehicle, n = at.vehicle, at.vehicle.count
+    own = inertia(vehicle)
+    forces = own[:, None] * B[5:]
+    return Linearisation(
+        trim=at, inertia=own, stiffness=own[:, None] * A[5:, :5], damping=own[:, None] * A[5:, 5:],
+        current=forces[:, :n], zeta=forces[:, n : 2 * n], eta=forces[:, 2 * n : 3 * n], bank=forces[:, 3 * n : 4 * n],
+        plant=_plant(vehicle, A, B, C, D),
+    )  # fmt: skip
+
+
+def _state_space(at: Trim) -> tuple[np.ndarray, ...]:
+    """A, B, C, D: by the compiled body, or by equations of the vehicle's own where a coil's stiffness varies."""
     vehicle = at.vehicle
-    m = equations(vehicle)
-    n = vehicle.count
+    if not vehicle.extras.coil_length or not at.pose.any() or isinstance(vehicle.force_law, FirstOrderLaw):
+        return tangent_at(vehicle, at.pose, at.currents, external=at.external).state_space
+    m, n = equations(vehicle), vehicle.count
     state = ca.vertcat(m.pose, m.velocity)
     signals = ca.vertcat(m.alpha, m.zeta, m.eta, m.bank, m.external)
     rate = ca.vertcat(m.pose_rate, m.acceleration)
@@ -71,25 +92,14 @@ def linearise(vehicle: Vehicle, at: Trim | None = None) -> Linearisation:
     )
     here = np.concatenate([at.pose, np.zeros(5)])
     inputs = np.concatenate([at.currents, np.zeros(3 * n), at.external])
-    A, B, C, D = (np.array(ca.densify(J)) for J in jacobians(here, inputs))
-    inertia = np.array(
-        [vehicle.mass, vehicle.pitch_inertia, vehicle.mass, vehicle.roll_inertia, vehicle.yaw_inertia], float
-    )
-    forces = inertia[:, None] * B[5:]
-    return Linearisation(
-        trim=at, inertia=inertia, stiffness=inertia[:, None] * A[5:, :5], damping=inertia[:, None] * A[5:, 5:],
-        current=forces[:, :n], zeta=forces[:, n : 2 * n], eta=forces[:, 2 * n : 3 * n], bank=forces[:, 3 * n : 4 * n],
-        plant=_plant(vehicle, A, B, C, D),
-    )  # fmt: skip
+    return tuple(np.array(ca.densify(J)) for J in jacobians(here, inputs))
 
 
 def current_forces(at: Trim) -> tuple[float, float, float]:
     """Derivatives of one coil set's lift [N], lateral force [N] and roll moment [N m] by α, at the nominal pose."""
-    alpha = ca.SX.sym("alpha")
-    forces = at.vehicle.force_law.forces(ca.SX(0), ca.SX(0), ca.SX(0), alpha)
-    slope = ca.Function("slope", [alpha], [ca.vertcat(*(ca.gradient(f, alpha) for f in forces))])
-    lift, lateral, moment = slope(0.0).full().ravel()
-    return float(lift), float(lateral), float(moment)
+    _, slopes = tangents(at.vehicle.force_law, np.zeros((3, 1)), np.zeros(1))
+    lift, lateral, moment = slopes[:, 3].tolist()
+    return lift, lateral, moment
 
 
 def _plant(vehicle: Vehicle, A, B, C, D) -> Plant:

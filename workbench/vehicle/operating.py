@@ -8,23 +8,24 @@ is carried by the pose or by the control currents. The control's set-points move
 """
 
 from dataclasses import dataclass, replace
-from functools import lru_cache
 
-import casadi as ca
 import numpy as np
 
 from workbench.errors import InfeasibleError, InputError
-from workbench.forces.law import FirstOrderLaw, ForceLaw
+from workbench.forces.law import FirstOrderLaw
 from workbench.lti import Plant
 from workbench.lti.signals import COORDINATES, numbered
 from workbench.result import Result, Row
-from workbench.vehicle.assembly import assembly, coil_moments, set_forces, tangent
+from workbench.vehicle.body import STATES, deviations, held_by_moment, tangent_at
 from workbench.vehicle.conditions import Conditions
-from workbench.vehicle.linear import EXTERNAL, Linearisation, linearise
+from workbench.vehicle.linear import Linearisation, assembled, linearise
 from workbench.vehicle.parameters import Vehicle
 from workbench.vehicle.trim import ACCELERATION_LEFT, Trim, trim
 
 SHARES = (0.25, 0.5, 0.75, 1.0)  # of the disturbance, brought on step by step: a lost set is a long way for one search
+STEPS = 10  # of Newton's method before the disturbance is brought on in shares
+NEAR = 0.05  # [m, rad, of main coil] how far from the nominal pose a full step may lead
+SETTLED = 1e-9  # [m, rad, of main coil] of a step; the next one would be its square
 FROM_SET = ("command", "current", "zeta", "eta", "bank", "gap", "gap_lateral", "acceleration_z", "acceleration_y")
 
 
@@ -87,7 +88,7 @@ def operating_point(
         If no equilibrium with all coils clear of the guideway is found near the nominal pose.
     """
     conditions = conditions or Conditions()
-    nominal = trim(vehicle, by=balance)
+    nominal = held_by_moment(vehicle) if balance == "moment" else trim(vehicle, by=balance)
     n = vehicle.count
     strength = conditions.strength(n)
     if conditions.nominal:
@@ -99,7 +100,7 @@ def operating_point(
         at = _solved(conditions, nominal, loaded, irregularity, strength)
     return OperatingPoint(
         conditions=conditions, nominal=nominal, trim=at, irregularity=irregularity, strength=strength,
-        deviation=_deviation(at.vehicle, at.pose, irregularity),
+        deviation=deviations(at.vehicle, at.pose, irregularity),
     )  # fmt: skip
 
 
@@ -145,17 +146,11 @@ def joined(plant: Plant, vehicle: Vehicle) -> Plant:
     )  # fmt: skip
 
 
-def _deviation(vehicle: Vehicle, pose, irregularity) -> np.ndarray:
-    return assembly(vehicle).kinematics(pose, np.zeros(5), *irregularity)[0].full()
-
-
 # ---- equilibrium
 
 
 def _solved(conditions: Conditions, nominal: Trim, loaded: Vehicle, irregularity, strength) -> Trim:
     """The pose and currents at which the loaded vehicle is at rest."""
-    from scipy.optimize import root
-
     loads = nominal.external.copy()
     loads += conditions.wind.loads() if conditions.wind else 0.0
     loads += conditions.curve.loads(loaded) if conditions.curve else 0.0
@@ -167,21 +162,49 @@ def _solved(conditions: Conditions, nominal: Trim, loaded: Vehicle, irregularity
     def residual(z, share):
         pose, currents = place(z, share)
         acting = nominal.external + share * (loads - nominal.external)
-        rate, by_state, by_signal = _at(
-            loaded, pose, currents, share * irregularity, acting, 1 - share + share * strength
-        )
-        return rate[5:], by_state[5:, :5] @ pose_moves + by_signal[5:, : loaded.count] @ current_moves
+        here = tangent_at(loaded, pose, currents, share * irregularity, acting, 1 - share + share * strength)
+        by_pose = here.slopes[5:STATES, :5]
+        by_current = here.slopes[5:STATES, STATES : STATES + loaded.count]
+        return here.acceleration, by_pose @ pose_moves + by_current @ current_moves
 
-    z = np.zeros(pose_moves.shape[1])
-    for share in SHARES:
-        try:
-            z = root(residual, z, args=(share,), jac=True, tol=1e-13).x
-        except InputError as error:  # the search would take a coil through the guideway
-            raise _no_equilibrium(conditions) from error
-        if not np.all(np.isfinite(z)) or np.abs(residual(z, share)[0]).max() > ACCELERATION_LEFT:
-            raise _no_equilibrium(conditions)
+    try:
+        z = _newton(residual, pose_moves.shape[1]) if strength.all() else None
+        z = _homotopy(residual, pose_moves.shape[1]) if z is None else z
+    except InputError as error:  # the search would take a coil through the guideway
+        raise _no_equilibrium(conditions) from error
+    if z is None:
+        raise _no_equilibrium(conditions)
     pose, currents = place(z, 1.0)
     return replace(nominal, vehicle=loaded, pose=pose, currents=currents, external=loads)
+
+
+def _newton(residual, size: int) -> np.ndarray | None:
+    """A root a few full steps from the nominal pose; None where there is none so near."""
+    z = np.zeros(size)
+    for _ in range(STEPS):
+        left, slope = residual(z, 1.0)
+        try:
+            step = np.linalg.solve(slope, left)
+        except np.linalg.LinAlgError:
+            return None
+        z = z - step
+        if not np.all(np.isfinite(z)) or np.abs(z).max() > NEAR:
+            return None
+        if np.abs(step).max() < SETTLED:
+            return z if np.abs(residual(z, 1.0)[0]).max() <= ACCELERATION_LEFT else None
+    return None
+
+
+def _homotopy(residual, size: int) -> np.ndarray | None:
+    """A root reached by bringing the disturbance on in shares; None where one of them has none."""
+    from scipy.optimize import root
+
+    z = np.zeros(size)
+    for share in SHARES:
+        z = root(residual, z, args=(share,), jac=True, tol=1e-13).x
+        if not np.all(np.isfinite(z)) or np.abs(residual(z, share)[0]).max() > ACCELERATION_LEFT:
+            return None
+    return z
 
 
 def _no_equilibrium(conditions: Conditions) -> InfeasibleError:
@@ -205,90 +228,10 @@ def _directions(conditions: Conditions, vehicle: Vehicle, strength: np.ndarray) 
 # ---- slopes
 
 
-def _at(
-    vehicle: Vehicle, pose, currents, irregularity, external, strength
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Rates (10,) at rest at a pose, their slopes by the state (10, 10) and by α, ζ, η, bank, loads (10, 4n + 5)."""
-    deviation = _deviation(vehicle, pose, irregularity)
-    tangents = [tangent(vehicle.force_law, d, float(a)) for d, a in zip(deviation.T, currents, strict=True)]
-    values = np.column_stack([value for value, _ in tangents])
-    slopes = np.hstack([slope for _, slope in tangents])
-    state = np.concatenate([pose, np.zeros(5)])
-    signals = np.concatenate([currents, *irregularity, external])
-    out = _affine(vehicle)(state, signals, values, slopes, deviation, currents, strength)
-    rate, by_state, by_signal = (part.full() for part in out)
-    return rate.ravel(), by_state, by_signal
-
-
-@lru_cache(maxsize=32)
-def _affine(vehicle: Vehicle) -> ca.Function:
-    """Rates of the state and their slopes when every set has affine forces about a deviation and a current."""
-    n, open_motion = vehicle.count, assembly(vehicle)
-    state, signals = ca.SX.sym("state", 10), ca.SX.sym("signals", 4 * n + 5)
-    values, slopes, centre = ca.SX.sym("values", 3, n), ca.SX.sym("slopes", 3, 4 * n), ca.SX.sym("centre", 3, n)
-    current, strength = ca.SX.sym("current", n), ca.SX.sym("strength", n)
-    pose, velocity = state[:5], state[5:]
-    alpha, zeta, eta, bank = (signals[k * n : (k + 1) * n] for k in range(4))
-    deviation, rates = open_motion.kinematics(pose, velocity, zeta, eta, bank)
-    steps = ca.vertcat(deviation - centre, ca.reshape(alpha - current, 1, n))
-    forces = ca.horzcat(*(values[:, i] + ca.mtimes(slopes[:, 4 * i : 4 * i + 4], steps[:, i]) for i in range(n)))
-    forces = set_forces(vehicle, forces, rates, strength)
-    by_gap, by_lateral = (ca.vertcat(*(slopes[k, 4 * i + k] for i in range(n))) for k in (0, 1))
-    loads = signals[4 * n :] + coil_moments(vehicle, pose, by_gap, by_lateral, strength)
-    rate, _ = open_motion.dynamics(pose, velocity, forces, zeta, eta, bank, loads)
-    outputs = [rate, *(ca.densify(ca.jacobian(rate, x)) for x in (state, signals))]
-    return ca.Function("affine", [state, signals, values, slopes, centre, current, strength], outputs, {"cse": True})
-
-
 def _linearised(point: OperatingPoint) -> Linearisation:
-    """One first-order law for all sets, then what each set's own slopes add, as external loads."""
-    at, law = point.trim, point.vehicle.force_law
-    undisturbed = not point.irregularity.any() and point.strength.all()
-    if isinstance(law, FirstOrderLaw) and undisturbed:
+    """Every set with the slopes of its own pose and strength; a first-order law as `linearise` takes it."""
+    at = point.trim
+    if isinstance(at.vehicle.force_law, FirstOrderLaw) and not point.irregularity.any() and point.strength.all():
         return linearise(at.vehicle, at)
-    alike = replace(at, vehicle=at.vehicle.with_values(force_law=_first_order(law)))
-    if undisturbed and not at.pose.any() and not at.currents.any():
-        return replace(linearise(alike.vehicle, alike), trim=at)
-    n = at.vehicle.count
-    left, _, _ = _at(alike.vehicle, at.pose, at.currents, np.zeros((3, n)), at.external, np.ones(n))
-    inertia = np.array(
-        [at.vehicle.mass, at.vehicle.pitch_inertia, at.vehicle.mass, at.vehicle.roll_inertia, at.vehicle.yaw_inertia]
-    )
-    resting = replace(
-        alike, external=at.external - inertia * left[5:]
-    )  # a first-order law is not at rest in the same pose
-    base = replace(linearise(alike.vehicle, resting), trim=at)
-    _, by_state, by_signal = _at(at.vehicle, at.pose, at.currents, point.irregularity, at.external, point.strength)
-    wanted = base.inertia[:, None] * np.hstack([by_state[5:], by_signal[5:, : 4 * at.vehicle.count]])
-    given = np.hstack([base.stiffness, base.damping, base.current, base.zeta, base.eta, base.bank])
-    parts = np.split(wanted, np.cumsum([5, 5, *[at.vehicle.count] * 3]), axis=1)
-    names = ("stiffness", "damping", "current", "zeta", "eta", "bank")
-    return replace(
-        base, **dict(zip(names, parts, strict=True)), plant=_with_loads(base.plant, at.vehicle.count, wanted - given)
-    )
-
-
-def _first_order(law: ForceLaw) -> FirstOrderLaw:
-    values, slopes = tangent(law, np.zeros(3), 0.0)
-    lift, lateral, moment = ((float(v), *map(float, row)) for v, row in zip(values, slopes, strict=True))
-    return FirstOrderLaw(lift=lift, lateral=lateral, moment=moment, drag_ratio=law.drag_ratio)
-
-
-def _with_loads(plant: Plant, n: int, loads: np.ndarray) -> Plant:
-    """The plant on which loads (5, 10 + 4n), proportional to pose, velocity, currents and guideway, act besides."""
-    lagged = "current_1" in plant.states
-    currents = ("states", numbered("current", n)) if lagged else ("inputs", numbered("command", n))
-    sources = [("states", [*COORDINATES, *(f"{c}_rate" for c in COORDINATES)]), currents]
-    sources += [("inputs", numbered(kind, n)) for kind in ("zeta", "eta", "bank")]
-    feed = {"states": np.zeros((5, len(plant.states))), "inputs": np.zeros((5, len(plant.inputs)))}
-    start = 0
-    for kind, names in sources:
-        feed[kind][:, plant.index(kind, names)] = loads[:, start : start + len(names)]
-        start += len(names)
-    e = plant.index("inputs", EXTERNAL)
-    push, felt = plant.B[:, e], plant.D[:, e]
-    return Plant(
-        A=plant.A + push @ feed["states"], B=plant.B + push @ feed["inputs"],
-        C=plant.C + felt @ feed["states"], D=plant.D + felt @ feed["inputs"],
-        states=plant.states, inputs=plant.inputs, outputs=plant.outputs,
-    )  # fmt: skip
+    here = tangent_at(at.vehicle, at.pose, at.currents, point.irregularity, at.external, point.strength)
+    return assembled(at, here.state_space)

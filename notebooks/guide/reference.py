@@ -1,0 +1,224 @@
+"""Reference pages of the guide, from the code itself: commands, files, problems, what the report prints wrong.
+
+typer app, pydantic schemas, shipped problems, ledger --> Markdown
+"""
+
+import re
+import tomllib
+from pathlib import Path
+from typing import Any
+
+
+def write_reference(folder: Path) -> None:
+    """Writes every reference page; one that says the same already is left alone."""
+    pages = {
+        "commands": commands(), "data_file": data_file(), "gain_table": gain_table(), "problems": problems(),
+        "study_file": study_file(), "tuning_file": tuning_file(), "errata": errata(),
+    }  # fmt: skip
+    folder.mkdir(exist_ok=True)
+    for name, text in pages.items():
+        path = folder / f"{name}.md"
+        if not path.exists() or path.read_text("utf-8") != text:
+            path.write_text(text, "utf-8")
+
+
+def commands() -> str:
+    """Every command with its arguments and options."""
+    import typer
+
+    from workbench.cli import app
+
+    out = [
+        "# Commands",
+        "",
+        "Exit code 0: done; 1: a requirement is not met or a check failed; 2: bad input, with one sentence on stderr.",
+        "`workbench --install-completion` teaches the shell to complete commands, options and problem names.",
+    ]
+    group: Any = typer.main.get_command(app)
+    for name, command in group.commands.items():
+        out += ["", f"## `workbench {name}`", "", " ".join((command.help or "").split()), ""]
+        out += _table(
+            ("argument or option", "default", "meaning"),
+            [(_spelled(p), _default(p), p.help or "") for p in command.params if p.name != "help"],
+        )
+    return "\n".join(out) + "\n"
+
+
+def _spelled(parameter) -> str:
+    if parameter.param_type_name == "argument":
+        return f"`{parameter.metavar or parameter.name.upper()}`"
+    return ", ".join(f"`{o}`" for o in (*parameter.opts, *parameter.secondary_opts))
+
+
+def _default(parameter) -> str:
+    value = parameter.default
+    if parameter.required:
+        return "required"
+    return "" if value is None or value is False or value == "" or callable(value) else f"`{value}`"
+
+
+def data_file() -> str:
+    """The blocks and keys of data.toml."""
+    from workbench.control.gains import GAIN_UNITS
+    from workbench.design.requirement import QUANTITIES
+    from workbench.export.schema import ProblemFile
+
+    requirements = [(f"`{key}`", name, sense) for name, (sense, _, key, _) in QUANTITIES.items()]
+    gains = [(f"`{name}`", unit) for name, unit in GAIN_UNITS.items()]
+    more = ["", "## Keys of `[requirements]`, and of every `limits`", "", "Each a positive number.", ""]
+    more += _table(("key", "quantity", "must be"), requirements)
+    more += ["", "## Names in `[bounds]` and `[fixed]`", "", "Each in one of the two: an interval, or a number.", ""]
+    more += _table(("name", "unit"), gains)
+    return _schema(
+        "The problem's data file",
+        "`problems/NAME/data.toml`, strict: a key that is not here is refused by name. Every unit stands in the key.",
+        ProblemFile.model_json_schema(),
+    ) + "\n".join([*more, ""])
+
+
+def gain_table() -> str:
+    """The parts and entries of a gain table."""
+    from workbench.export.table import schema
+
+    return _schema(
+        "The gain table",
+        "The JSON that `workbench design` writes. Decimals are strings: the digits a proof starts from. The published "
+        "JSON schema ships as `workbench/export/gain_table.schema.json`.",
+        schema(),
+    )
+
+
+def problems() -> str:
+    """The problems that ship."""
+    from workbench.export.problem import shipped_problems
+
+    rows = []
+    for name, folder in shipped_problems().items():
+        data = tomllib.loads((folder / "data.toml").read_text("utf-8"))
+        rows.append((f"`{name}`", data["problem"]["title"], data["problem"].get("source", "")))
+    head = ["# Problems that ship", "", "`workbench problems` lists them too; `workbench design NAME` designs one.", ""]
+    return "\n".join(head + _table(("name", "title", "source"), rows)) + "\n"
+
+
+def study_file() -> str:
+    """The tables and keys of a study file."""
+    from workbench.export.study_file import StudyFile
+
+    return _schema(
+        "The study file",
+        "What `workbench study` reads; strict like a data file. {doc}`../studies` shows whole ones.",
+        StudyFile.model_json_schema(),
+    )
+
+
+def tuning_file() -> str:
+    """The blocks and keys of a data file with `kind = "tuning"`."""
+    from workbench.export.tuning_problem import TuningFile
+
+    return _schema(
+        "The data file of a process with dead times",
+        'A `data.toml` whose `[problem]` says `kind = "tuning"`. Time is in minutes, frequencies are per minute.',
+        TuningFile.model_json_schema(),
+    )
+
+
+def errata() -> str:
+    """What the ledger does not reproduce."""
+    from workbench.ledger.book import AGREEING, appendices, printed_rows
+
+    rows = [row for name in appendices() for row in printed_rows(name) if row.verdict not in AGREEING]
+    head = [
+        "# What the report prints wrong",
+        "",
+        f"The {len(rows)} rows of the ledger that are not reproduced, by place. `workbench reproduce` prints all rows, "
+        "each beside the number computed here. Where no right value is known, none is given.",
+    ]
+    out = list(head)
+    for verdict in _MEANS:
+        out += ["", f"## {verdict.capitalize()}", "", _MEANS[verdict]]
+        for r in (r for r in rows if r.verdict == verdict):
+            right = "" if r.corrected is None else f"; right is {r.corrected:.6g}"
+            printed = r.printed if isinstance(r.printed, str) else f"{r.printed:.6g}"
+            unit = "" if r.unit in ("1", "see formula") else f" {r.unit}"
+            out += [
+                "",
+                f"{_plain(r.place)}: {_plain(r.quantity)}",
+                f": Printed {_plain(printed)}{right}{unit}. {_plain(r.note)}",
+            ]
+    return "\n".join(out) + "\n"
+
+
+_MEANS = {
+    "misprint": "A sign, digit, dot or index that typing or scanning lost; the text around it says what was meant.",
+    "report's own inconsistency": "The report contradicts itself, or its arithmetic its own numbers.",
+    "not reproducible": "Nothing that the report prints leads to the number.",
+}
+
+
+def _plain(text: str) -> str:
+    """Text whose marks mean nothing to Markdown."""
+    return "".join(f"\\{c}" if c in "\\*_`[]<>~$" else c for c in text)
+
+
+def _schema(title: str, lead: str, schema: dict[str, Any]) -> str:
+    """A JSON schema as one table per object."""
+    out = [f"# {title}", "", lead]
+    parts = {"whole file": schema, **schema.get("$defs", {})}
+    used = {}  # part to the keys of the whole file that hold it
+    for key, entry in schema["properties"].items():
+        for part in re.findall(r"\w+", _kind(entry)):
+            used.setdefault(part, []).append(f"`{key}`")
+    for name, part in parts.items():
+        if "properties" not in part:
+            continue
+        out += [
+            "",
+            f"## {name}" + (f": {', '.join(used[name])}" if name in used else ""),
+            "",
+            " ".join(str(part.get("description", "")).split()),
+            "",
+        ]
+        needed = set(part.get("required", ()))
+        rows = [
+            (f"`{key}`", _kind(entry), "required" if key in needed else _given(entry.get("default")))
+            for key, entry in part["properties"].items()
+        ]
+        out += _table(("key", "type", "default"), rows)
+    return "\n".join(out) + "\n"
+
+
+def _given(value) -> str:
+    return "none" if value is None else f"`{value}`"
+
+
+def _kind(entry: dict[str, Any]) -> str:
+    """What an entry may be, in words."""
+    if "$ref" in entry:
+        return entry["$ref"].rsplit("/", 1)[1]
+    if "const" in entry:
+        return f"`{entry['const']!r}`"
+    if "enum" in entry:
+        return " or ".join(f"`{v!r}`" for v in entry["enum"])
+    for key in ("anyOf", "oneOf", "allOf"):
+        if key in entry:
+            return " or ".join(dict.fromkeys(_kind(e) for e in entry[key] if e.get("type") != "null"))
+    kind = str(entry.get("type", "anything"))
+    if kind == "array" and "prefixItems" in entry:
+        kinds = dict.fromkeys(_kind(e) for e in entry["prefixItems"])
+        return f"{len(entry['prefixItems'])} × {' or '.join(kinds)}"
+    if kind == "array":
+        return f"list of {_kind(entry.get('items', {}))}"
+    if kind == "object" and isinstance(entry.get("additionalProperties"), dict):
+        return f"names to {_kind(entry['additionalProperties'])}"
+    limits = [f"{sign} {entry[key]:g}" for key, sign in _LIMITS.items() if abs(entry.get(key, FAR)) < FAR]
+    return f"{kind} {' and '.join(limits)}".strip()
+
+
+FAR = 1e12  # what every number of a data file keeps: not worth a word
+_LIMITS = {"minimum": "≥", "exclusiveMinimum": ">", "maximum": "≤", "exclusiveMaximum": "<"}
+
+
+def _table(heads, rows) -> list[str]:
+    """A Markdown table; bars inside cells are escaped."""
+    lines = ["| " + " | ".join(heads) + " |", "|" + "---|" * len(heads)]
+    return lines + ["| " + " | ".join(" ".join(str(c).replace("|", "\\|").split()) for c in row) + " |" for row in rows]
