@@ -13,7 +13,13 @@ class InfeasibleError(RuntimeError):
 
 
 def unknown_name(kind: str, given: str, known: Iterable[str]) -> InputError:
-    """The refusal of a name that is not one of `known`, with the nearest one that is."""
+    """The refusal of a name that is not one of `known`, with the nearest one that is.
+
+    Examples
+    --------
+    >>> print(unknown_name("gain", "K_hh", ["K_h", "K_hp", "tau_h"]))
+    unknown gain 'K_hh'; did you mean 'K_h'? Known: K_h, K_hp, tau_h.
+    """
     names = sorted(known)
     near = get_close_matches(given, names, n=1, cutoff=0.5)
     hint = f"did you mean {near[0]!r}? " if near else ""

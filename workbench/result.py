@@ -15,7 +15,13 @@ Row = tuple[str, Any, str]  # name, value, unit
 
 
 def plain(value: Any) -> Any:
-    """The same value in JSON's types: arrays become lists, complex numbers [re, im], NaN and infinity None."""
+    """The same value in JSON's types: arrays become lists, complex numbers [re, im], NaN and infinity None.
+
+    Examples
+    --------
+    >>> plain({"value": np.float64(0.5), "pole": -1 + 2j, "missing": np.nan})
+    {'value': 0.5, 'pole': [-1.0, 2.0], 'missing': None}
+    """
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         return {f.name: plain(getattr(value, f.name)) for f in dataclasses.fields(value) if not f.name.startswith("_")}
     if isinstance(value, dict):
@@ -34,7 +40,13 @@ def plain(value: Any) -> Any:
 
 
 def figure(value: Any) -> str:
-    """A value in at most four significant digits."""
+    """A value in at most four significant digits.
+
+    Examples
+    --------
+    >>> figure(0.123456), figure(True), figure(None)
+    ('0.1235', 'yes', '–')
+    """
     if isinstance(value, bool) or value is None:
         return {True: "yes", False: "no", None: "–"}[value]
     if isinstance(value, float | np.floating):

@@ -68,8 +68,8 @@ def test_the_sample_time_and_the_computing_delay_are_those_asked_for(path):
     document = json.loads(
         run(path, "--format", "c", "--sample-time-ms", 0.5, "--computing-delay-ms", 0.25, "--json").stdout
     )
-    assert document["check"]["loop"]["sample_time"] == 5e-4
-    assert document["check"]["loop"]["computing_delay"] == 2.5e-4
+    assert document["check"]["sample_time"] == 5e-4
+    assert document["check"]["computing_delay"] == 2.5e-4
     assert "#define WB_SAMPLE_TIME WB_R(0.0005) /* s */" in document["content"]
     with pytest.raises(InputError, match="--sample-time-ms is for the formats mat and c"):
         run(path, "--format", "csv", "--sample-time-ms", 1)

@@ -11,10 +11,13 @@ from scipy.io import loadmat
 from scipy.linalg import expm
 from scipy.signal import cont2discrete, dlsim
 
+from workbench.analysis.sampled import sampled_loop
 from workbench.control import GAIN_UNITS
 from workbench.errors import InfeasibleError, InputError
 from workbench.export.digital import digital_check, with_sample_time
 from workbench.export.formats import FORMATS, render, suffix
+from workbench.export.problem import shipped_problems
+from workbench.export.table import read_table
 
 COMPILER = shutil.which("cc") or shutil.which("gcc")
 needs_compiler = pytest.mark.skipif(COMPILER is None, reason="no C compiler on PATH")
@@ -177,14 +180,32 @@ def test_a_law_whose_sampled_loop_is_unstable_is_not_exported_to_a_controller(ta
         render(table, format, computing_delay=0.04)
 
 
+def test_groups_checked_apart_have_the_poles_and_the_peak_of_the_whole_vehicle(table):
+    law, plant, sampled = table.to_law(), table.to_plant(), table.to_discrete()
+    whole = sampled_loop(plant, sampled, law.commands, law.sensors)
+    check = digital_check(table)
+    assert list(check.groups) == ["heave_pitch", "sway_roll_yaw"]
+    # a group carries the filters of the other group's motions too, at rest; rounding of the two splittings otherwise
+    assert check.worst()["damping"] == pytest.approx(whole.damping, rel=1e-9)
+    assert check.worst()["peak_sensitivity"] == pytest.approx(whole.peak_sensitivity.upper, rel=1e-7)
+    assert check.worst()["delay_reserve"] == pytest.approx(whole.delay_reserve, rel=1e-6)
+
+
+def test_a_table_for_heave_alone_is_checked_with_the_rest_of_the_vehicle_held():
+    heave = read_table(shipped_problems()["heave"] / "approved.json")
+    assert list(digital_check(heave).groups) == ["heave"]
+    assert "motions: heave\n" in render(heave, "c").decode("ascii")
+
+
 def test_header_and_matlab_file_state_the_figures_of_the_sampled_loop(table):
     check = digital_check(table, 2e-4)
     text = render(table, "c", computing_delay=2e-4).decode("ascii")
     assert "computing delay: 0.2 ms" in text
-    assert f"peak sensitivity: {check.loop.peak_sensitivity.upper:.4g}" in text
-    assert f"quantisation margin: {check.single.margin:.4g} times" in text
+    assert f"peak sensitivity: {check.worst()['peak_sensitivity']:.4g}" in text
+    assert f"quantisation margin: {check.worst()['quantisation_margin']:.4g} times" in text
+    assert "motions: heave/pitch, sway/roll/yaw" in text
     found = loadmat(BytesIO(render(table, "mat", computing_delay=2e-4)), simplify_cells=True)["check"]
-    assert found["delay_reserve"] == check.loop.delay_reserve
+    assert found["delay_reserve"] == check.worst()["delay_reserve"]
     bare = table.model_copy(update={"plant": None})
     assert "was not checked" in render(bare, "c").decode("ascii")
 
@@ -207,8 +228,6 @@ def test_a_matlab_file_holds_gains_filters_and_the_sampled_law(table):
 
 
 def test_json_is_the_tables_own_file(table, tmp_path):
-    from workbench.export.table import read_table
-
     (tmp_path / "t.json").write_bytes(render(table, "json"))
     assert read_table(tmp_path / "t.json") == table
 

@@ -99,6 +99,13 @@ def disk_margin(A, B, C, D, *, tolerance: float = 1e-3) -> DiskMargin:
 
     Source: Seiler, Packard & Gahinet, IEEE Control Systems 40 (2020) no. 5, 78; Packard & Doyle, Automatica 29 (1993)
     71.
+
+    Examples
+    --------
+    >>> from workbench.analysis.margin import sensitivity
+    >>> loop = [[-1.0, 0.0], [1.0, 0.0]], [[1.0], [0.0]], [[0.0, 2.0]], [[0.0]]  # 2/(s (s + 1))
+    >>> round(disk_margin(*sensitivity(*loop)).lower, 2)  # 2/3
+    0.67
     """
     if not 1e-4 <= tolerance <= 0.1:
         raise InputError(f"tolerance must lie between 1e-4 and 0.1; got {tolerance!r}. Leave it out for 1e-3.")

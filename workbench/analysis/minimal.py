@@ -97,7 +97,13 @@ def controllable_observable(A, B, C, *, tolerance: float = RELATIVE_TOLERANCE) -
 
 
 def loop_poles(A, B, C, *, tolerance: float = RELATIVE_TOLERANCE) -> np.ndarray:
-    """Eigenvalues (r,) controllable from the inputs and observable at the outputs; see `controllable_observable`."""
+    """Eigenvalues (r,) controllable from the inputs and observable at the outputs; see `controllable_observable`.
+
+    Examples
+    --------
+    >>> loop_poles([[-1.0, 0.0], [0.0, -2.0]], [[1.0], [1.0]], [[1.0, 0.0]]).round(9).tolist()  # -2 is not seen
+    [-1.0]
+    """
     return controllable_observable(A, B, C, tolerance=tolerance).poles
 
 

@@ -49,6 +49,11 @@ def sperling(psd: Psd, direction: Direction, *, quality: bool = False) -> float:
     """Sperling's index Wz [1] of an acceleration density [(m/s²)²/Hz], over 0.5 … 30 Hz (or the array's part of it).
 
     The word that belongs to it: step_of_scale("sperling", Wz).
+
+    Examples
+    --------
+    >>> print(f"{sperling((np.array([1.0, 10.0]), np.array([0.01, 0.01])), 'vertical'):.2f}")
+    2.48
     """
     low, high = (0.5, 30.0) if callable(psd) else np.clip(band(psd, None, None), 0.5, 30.0)
     f, width, density = samples(psd, float(low), float(high))

@@ -179,6 +179,11 @@ def frequency_response(A, B, C, D, omega) -> np.ndarray:
 
     Guaranteed: backward stability, see `responder`. Not guaranteed: relative accuracy of single entries that are far
     below ‖C‖ ‖(jωI − A)⁻¹‖ ‖B‖.
+
+    Examples
+    --------
+    >>> frequency_response([[-2.0]], [[2.0]], [[1.0]], None, [0.0, 2.0])[:, 0, 0].tolist()
+    [(1+0j), (0.5-0.5j)]
     """
     frequencies = np.asarray(omega)
     if frequencies.ndim != 1 or frequencies.dtype.kind not in "biuf" or np.isnan(frequencies).any():

@@ -115,6 +115,11 @@ def weight(name: str) -> Weight:
         If there is no weighting of that name.
 
     Source: ISO 2631-1:1997, Annex A; ISO 8041-1, Table 3.
+
+    Examples
+    --------
+    >>> weight("Wk").magnitude(np.array([0.6, 1.0, 5.012])).round(3).tolist()
+    [0.452, 0.482, 1.039]
     """
     if name not in _weights():
         raise unknown_name("frequency weighting", str(name), _weights())
@@ -162,6 +167,12 @@ def rms(psd: Psd, weighting: str | None = None, *, low_hz: float | None = None, 
     ------
     InputError
         If the PSD is no PSD, the band leaves the array, or the function's peaks are too narrow to be resolved.
+
+    Examples
+    --------
+    >>> flat = np.array([1.0, 10.0]), np.array([0.04, 0.04])  # (m/s²)²/Hz
+    >>> print(f"{rms(flat):.4f} m/s², felt as {rms(flat, 'Wk'):.4f} m/s²")
+    0.6000 m/s², felt as 0.5590 m/s²
     """
     f, width, density = samples(psd, low_hz, high_hz)
     felt = density if weighting is None else density * weight(weighting).magnitude(f) ** 2

@@ -109,6 +109,12 @@ def stationary(A, B_front, B_rear=None, *, delay: float = 0.0, correlation=None)
     e^{AT}, is not in it. Floating point, not outward-rounded.
 
     Source: Bartels & Stewart, Comm. ACM 15 (1972) 820; the delayed term: E[x(t) w(t − T)'] = e^{AT} B_F R + B_R R/2.
+
+    Examples
+    --------
+    >>> state = stationary([[-2.0]], [[1.0]])
+    >>> state.mean_squares([[1.0]]).round(9).tolist()  # 1/(2·2)
+    [[0.25]]
     """
     A = square("A", A)
     front = matrix("B_front", B_front)

@@ -46,6 +46,12 @@ def mutual_inductance(loop_a: Loop, loop_b: Loop, order: int = 8, panels: int = 
         If the numbers of points are not positive, or filaments overlap.
 
     Source: Neumann; report, Appendix A.1 (a); F. W. Grover, Inductance Calculations, ch. 7 for parallel filaments.
+
+    Examples
+    --------
+    >>> coil = Loop.rectangle(0.5, 3.0)
+    >>> print(f"{mutual_inductance(coil, coil.placed((0.0, 0.0, 0.6))):.6e} H")
+    3.152073e-07 H
     """
     if order < 1 or panels < 1:
         raise InputError(

@@ -63,7 +63,13 @@ class Loop:
 
     @classmethod
     def rectangle(cls, width, length) -> "Loop":
-        """Rectangle in the plane z = 0 about the origin: `length` [m] along x, `width` [m] along y."""
+        """Rectangle in the plane z = 0 about the origin: `length` [m] along x, `width` [m] along y.
+
+        Examples
+        --------
+        >>> Loop.rectangle(0.5, 3.0).vertices
+        ((-1.5, -0.25, 0.0), (1.5, -0.25, 0.0), (1.5, 0.25, 0.0), (-1.5, 0.25, 0.0))
+        """
         _positive("rectangle", width=width, length=length)
         x, y = length / 2, width / 2
         return cls(((-x, -y, 0.0), (x, -y, 0.0), (x, y, 0.0), (-x, y, 0.0)))
@@ -106,6 +112,11 @@ class Loop:
         """The loop turned about the origin, R = R_z(yaw) R_y(pitch) R_x(roll), then moved by `translation` [m].
 
         Angles [rad] and translation may be numbers or SX.
+
+        Examples
+        --------
+        >>> [corner[2] for corner in Loop.rectangle(0.5, 3.0).placed((0.0, 0.0, 0.3)).vertices]
+        [0.3, 0.3, 0.3, 0.3]
         """
         rotation = rotation_matrix(roll, pitch, yaw)
         offset = _vector(translation)

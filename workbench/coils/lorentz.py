@@ -32,6 +32,12 @@ def magnetic_field(loop: Loop, current: float, points) -> np.ndarray:
 
     Source: Biot–Savart for a straight filament, B = μ0 I/4π · a×b (|a|+|b|) / (|a||b| (|a||b| + a·b)), with a and b
     from its start and end to the point.
+
+    Examples
+    --------
+    >>> field = magnetic_field(Loop.rectangle(2.0, 2.0), 1000.0, [[0.0, 0.0, 0.0]])
+    >>> print(f"{field[0, 2]:.4e} T")  # 2 sqrt(2) mu_0 I / (pi a) at the centre of a square of side a
+    5.6569e-04 T
     """
     start, side = _arrays(loop)
     points = np.atleast_2d(np.asarray(points, dtype=float))

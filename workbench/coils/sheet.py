@@ -98,6 +98,13 @@ def plane_forces(
 
     Source: report, A.1 (c), references A-1 and A-2: F_L - i F_D = μ0 I²/2 ∬ dkx dky/(2π)² k ψ² exp(-2kh) (k Re R - i
     kx Im R).
+
+    Examples
+    --------
+    >>> thin = Conductor(thickness=0.0254, conductivity=3.422e7, model="thin")
+    >>> over = plane_forces(0.5, 3.0, 0.3, 134.0, thin)
+    >>> print(f"{over.lift_to_drag:.3f}")  # mu_0 sigma t v / 2, whatever the coil
+    73.181
     """
     for name, value, unit in (
         ("width", width, "m"),

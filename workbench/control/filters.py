@@ -13,7 +13,13 @@ from workbench.lti.polynomial import multiply
 
 
 def gap_fraction(K, K_dot, tau) -> tuple[list, list]:
-    """H_gap as (numerator, denominator), coefficients lowest power first."""
+    """H_gap as (numerator, denominator), coefficients lowest power first.
+
+    Examples
+    --------
+    >>> gap_fraction(2.0, 0.5, 0.25)  # 2 + 0.5 s/(1 + 0.25 s) = (2 + s)/(1 + 0.25 s)
+    ([2.0, 1.0], [1, 0.25])
+    """
     return [K, K * tau + K_dot], [1, tau]
 
 

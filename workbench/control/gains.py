@@ -25,7 +25,17 @@ LARGEST = 1e6  # beyond this a gain is a slip of the unit: a gap of 1 µm would 
 
 
 def checked_gain(name: str, value) -> float:
-    """The value of one of the seventeen as a float; an InputError for an unknown name or an unusable value."""
+    """The value of one of the seventeen as a float; an InputError for an unknown name or an unusable value.
+
+    Examples
+    --------
+    >>> checked_gain("tau_h", 0.637)
+    0.637
+    >>> checked_gain("tau_h", -0.1)
+    Traceback (most recent call last):
+        ...
+    workbench.errors.InputError: tau_h must not be negative; got -0.1 s. A filter that grows in time is unstable.
+    """
     if name not in GAIN_UNITS:
         raise unknown_name("gain", str(name), GAIN_UNITS)
     unit = GAIN_UNITS[name]
@@ -93,6 +103,13 @@ class Gains(Result):
 
         K_roll → K_sway/μ + (K_roll − K_sway)/λ, because roll acts through the vertical channel only as far as it
         differs from sway. Source: DEFINITIONS, invariance; the modal transformation of Table B-3.
+
+        Examples
+        --------
+        >>> gains = Gains.from_mapping({name: 1.0 for name in GAIN_NAMES})
+        >>> other = gains.rescaled(vertical=2.0)
+        >>> other.K_h, other.K_heave, other.tau_h
+        (2.0, 0.5, 1.0)
         """
         if not (vertical > 0 and lateral > 0):
             raise InputError(f"scale factors must be positive; got {vertical!r} and {lateral!r}.")

@@ -19,7 +19,16 @@ from workbench.export.table import GainTable, table_json
 
 
 def csv_text(table: GainTable) -> str:
-    """The seventeen parameters in one row under their names and their units."""
+    """The seventeen parameters in one row under their names and their units.
+
+    Examples
+    --------
+    >>> from workbench.export.problem import shipped_problems
+    >>> from workbench.export.table import read_table
+    >>> table = read_table(shipped_problems()["heave"] / "approved.json")
+    >>> print(csv_text(table).splitlines()[1])
+    1/m,s/m,s,1/m,s/m,s,s²/m,s/m,s,s²/m,s/m,s,1,1,1,1,1
+    """
     stream = StringIO()
     writer = csv.writer(stream, lineterminator="\n")
     writer.writerow(GAIN_NAMES)
@@ -38,7 +47,17 @@ FORMATS = tuple(_WRITERS)
 
 
 def suffix(format: str) -> str:
-    """The ending of a file in a format."""
+    """The ending of a file in a format.
+
+    Examples
+    --------
+    >>> suffix("c"), suffix("mat")
+    ('.h', '.mat')
+    >>> suffix("excel")
+    Traceback (most recent call last):
+        ...
+    workbench.errors.InputError: unknown format 'excel'; Known: c, csv, json, mat.
+    """
     return _writer(format)[0]
 
 

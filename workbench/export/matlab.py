@@ -60,13 +60,8 @@ def mat_variables(table: GainTable, computing_delay: float = 0.0) -> dict[str, d
         names = {kind: _cells(getattr(plant, kind)) for kind in ("states", "inputs", "outputs")}
         variables["plant"] = {k: getattr(plant, k) for k in "ABCD"} | names
     check = digital_check(table, computing_delay)
-    if check is not None and check.loop.peak_sensitivity is not None:
-        variables["check"] = {
-            "computing_delay": computing_delay, "poles": check.loop.poles, "damping": check.loop.damping,
-            "decay": check.loop.decay, "peak_sensitivity": check.loop.peak_sensitivity.upper,
-            "delay_reserve": check.loop.delay_reserve, "quantisation_margin": check.single.margin,
-            "dead_band": check.single.dead_band,
-        }  # fmt: skip
+    if check is not None:
+        variables["check"] = {**check.worst(), "poles": check.poles(), "groups": _cells(check.groups)}
     return variables
 
 

@@ -137,6 +137,11 @@ def lift_off_speed(gap_minimum: float, physics: str = "scaled", levitation: Levi
         If physics is "report", which knows one speed only, or the gap has no sense.
     InfeasibleError
         If the lift at `gap_minimum` stays below the weight at any speed.
+
+    Examples
+    --------
+    >>> print(f"{lift_off_speed(0.15):.1f} m/s")
+    4.9 m/s
     """
     from scipy.optimize import brentq
 

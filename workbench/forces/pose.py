@@ -92,6 +92,12 @@ def coil_set_forces(
     InputError
         If a number is not finite, a coil would pass through the guideway, the wall would stand on the wrong side, or
         the speed is below lift-off.
+
+    Examples
+    --------
+    >>> found = coil_set_forces(0.3, 0.3, 0.0, 0.0, 134.0, "report")
+    >>> found.rows()[0][0], round(found.rows()[0][1], -2)
+    ('lift F_L', 111200.0)
     """
     given = {"h": h, "h'": h_prime, "roll": roll, "alpha": alpha, "speed": speed}
     for name, value in given.items():

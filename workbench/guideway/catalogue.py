@@ -79,6 +79,13 @@ def german(level: Level, kind: Kind, *, track_width: float | None = None) -> Rat
         If a name is unknown or the cross-level lacks its track width.
 
     Source: spectra.toml, block german.
+
+    Examples
+    --------
+    >>> rough = german("high", "vertical")
+    >>> turn = 6.283185307179586  # rad
+    >>> print(f"{turn * rough.psd(turn / 50.0):.5e} m²/(1/m) at a wavelength of 50 m")
+    4.08975e-04 m²/(1/m) at a wavelength of 50 m
     """
     data = _data()["german"]
     if level not in ("low", "high"):

@@ -40,6 +40,12 @@ def patterns(positions: Positions) -> np.ndarray:
     -------
     (2n, 4) of −1, 0, 1
         Rows ζ_1…ζ_n, η_1…η_n; columns A1…A4.
+
+    Examples
+    --------
+    >>> corners = ((9.0, 1.0), (9.0, -1.0), (-7.65, 1.0), (-7.65, -1.0))
+    >>> patterns(corners)[:4].astype(int).tolist()  # floors: A1 together, A2 right against left
+    [[1, 1, 0, 0], [1, -1, 0, 0], [1, 1, 0, 0], [1, -1, 0, 0]]
     """
     side = np.sign(_checked(positions)[:, 1])
     one, none = np.ones_like(side), np.zeros_like(side)
@@ -58,6 +64,12 @@ def leads(positions: Positions, speed: float, reference: str | float = "front") 
     Returns
     -------
     (2n,) seconds, ζ_1…ζ_n, η_1…η_n
+
+    Examples
+    --------
+    >>> corners = ((9.0, 1.0), (9.0, -1.0), (-7.65, 1.0), (-7.65, -1.0))
+    >>> leads(corners, 134.0)[:4].round(3).tolist()
+    [0.0, 0.0, -0.124, -0.124]
     """
     check_speed(speed)
     x = _checked(positions)[:, 0]

@@ -122,7 +122,14 @@ class Ramp:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VersineBump:
-    """One bump (or dip, with negative height) h/2 (1 − cos 2πξ), smooth in height and slope."""
+    """One bump (or dip, with negative height) h/2 (1 − cos 2πξ), smooth in height and slope.
+
+    Examples
+    --------
+    >>> bump = VersineBump(start=10.0, length=4.0, peak=0.02)
+    >>> [round(float(bump.height(x)), 6) for x in (9.0, 11.0, 12.0, 20.0)]
+    [0.0, 0.01, 0.02, 0.0]
+    """
 
     start: float  # [m]
     length: float  # [m]

@@ -180,6 +180,12 @@ class PowerLaw:
 
     A corner in time frequency belongs to no wavenumber of the guideway until the speed is known; `psd` then refuses
     and `at_speed` gives the spectrum at that speed.
+
+    Examples
+    --------
+    >>> law = PowerLaw(roughness=1.5e-6, corner_frequency_hz=0.1)
+    >>> print(f"{1e3 * law.mean_square(134.0) ** 0.5:.1f} mm rms at 134 m/s")
+    22.4 mm rms at 134 m/s
     """
 
     roughness: float  # A [m], i.e. m²/(rad/m) · (rad/m)²

@@ -49,7 +49,13 @@ class DeterminantFit(Result):
 
 
 def pair_count(order: int) -> int:
-    """M, the number of pairs ±s_i: half the order, rounded up."""
+    """M, the number of pairs ±s_i: half the order, rounded up.
+
+    Examples
+    --------
+    >>> pair_count(12)
+    6
+    """
     if order < 1:
         raise InputError(
             f"the order of the characteristic polynomial must be at least 1; got {order}. "
@@ -62,6 +68,11 @@ def point_ratio(pairs: int, exponent: float = EXPONENT) -> float:
     """β: 2, or 10^(3K/((M−1)(2M−1)M)) if that is smaller.
 
     So that the left diagonal product of the Vandermonde determinant, ∏ s_i^{2(i−1)}, does not exceed 10^K.
+
+    Examples
+    --------
+    >>> [round(point_ratio(pairs), 3) for pairs in (2, 3, 4, 5, 6, 7)]  # report, C.3
+    [2.0, 2.0, 2.0, 1.468, 1.233, 1.135]
     """
     if pairs < 1:
         raise InputError(f"the number of pairs of points must be at least 1; got {pairs}.")

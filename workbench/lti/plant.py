@@ -58,7 +58,16 @@ class Plant(Result):
 
     @classmethod
     def from_matrices(cls, A, B, C, D=None) -> "Plant":
-        """A plant with the names x1…, u1…, y1…; D defaults to zero."""
+        """A plant with the names x1…, u1…, y1…; D defaults to zero.
+
+        Examples
+        --------
+        >>> oscillator = Plant.from_matrices([[0, 1], [-4, -0.4]], [[0], [1]], [[1, 0]])
+        >>> oscillator.inputs, oscillator.outputs
+        (('u1',), ('y1',))
+        >>> abs(oscillator.poles()).round(6).tolist()
+        [2.0, 2.0]
+        """
         A, B, C = (_real_matrix(name, matrix) for name, matrix in (("A", A), ("B", B), ("C", C)))
         D = np.zeros((C.shape[0], B.shape[1])) if D is None else D
         names = (
@@ -70,7 +79,15 @@ class Plant(Result):
 
     @classmethod
     def from_control(cls, system) -> "Plant":
-        """The same continuous-time system from python-control (StateSpace or TransferFunction), with its names."""
+        """The same continuous-time system from python-control (StateSpace or TransferFunction), with its names.
+
+        Examples
+        --------
+        >>> import control
+        >>> lag = control.ss([[-2.0]], [[2.0]], [[1.0]], [[0.0]], inputs=["command"], outputs=["current"])
+        >>> Plant.from_control(lag).outputs
+        ('current',)
+        """
         import control
 
         if getattr(system, "dt", 0) not in (0, None):
@@ -101,7 +118,18 @@ class Plant(Result):
         return [table[name] for name in names]
 
     def select(self, *, inputs: Sequence[str] | None = None, outputs: Sequence[str] | None = None) -> "Plant":
-        """The same states seen through some of the inputs and outputs, in the order given."""
+        """The same states seen through some of the inputs and outputs, in the order given.
+
+        Examples
+        --------
+        >>> plant = Plant.from_matrices([[-1.0]], [[1.0, 2.0]], [[1.0], [3.0]])
+        >>> plant.select(inputs=["u2"], outputs=["y2"]).response(0.0).real.item()
+        6.0
+        >>> plant.select(inputs=["u3"])
+        Traceback (most recent call last):
+            ...
+        workbench.errors.InputError: unknown input 'u3'; did you mean 'u2'? Known: u1, u2.
+        """
         inputs = self.inputs if inputs is None else tuple(inputs)
         outputs = self.outputs if outputs is None else tuple(outputs)
         columns, rows = self.index("inputs", inputs), self.index("outputs", outputs)
@@ -111,7 +139,14 @@ class Plant(Result):
         )  # fmt: skip
 
     def response(self, omega) -> np.ndarray:
-        """Frequency response C (jωI − A)⁻¹ B + D, (k, p, m) complex, at angular frequencies (k,) [rad/s]."""
+        """Frequency response C (jωI − A)⁻¹ B + D, (k, p, m) complex, at angular frequencies (k,) [rad/s].
+
+        Examples
+        --------
+        >>> lag = Plant.from_matrices([[-2.0]], [[2.0]], [[1.0]])
+        >>> lag.response([0.0, 2.0])[:, 0, 0].tolist()
+        [(1+0j), (0.5-0.5j)]
+        """
         s = 1j * np.atleast_1d(np.asarray(omega, float))
         resolvent = s[:, None, None] * np.eye(len(self.A)) - self.A
         return self.C @ np.linalg.solve(resolvent, np.broadcast_to(self.B, (len(s), *self.B.shape))) + self.D

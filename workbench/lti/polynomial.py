@@ -211,7 +211,13 @@ def _determinant(entries: list[list[list]], vanishes: Callable) -> list:
 
 
 def multiply(p: Sequence, q: Sequence) -> list:
-    """Product of two scalar polynomials, lowest power first."""
+    """Product of two scalar polynomials, lowest power first.
+
+    Examples
+    --------
+    >>> multiply([1, 1], [1, -1])  # (1 + s)(1 - s)
+    [1, 0, -1]
+    """
     out: list = [0] * (len(p) + len(q) - 1)
     for i, a in enumerate(p):
         for j, b in enumerate(q):

@@ -11,5 +11,11 @@ ANTISYMMETRIC = ("Y", "Phi", "Psi")
 
 
 def numbered(kind: str, count: int) -> list[str]:
-    """kind_1 … kind_count."""
+    """kind_1 … kind_count.
+
+    Examples
+    --------
+    >>> numbered("gap", 4)
+    ['gap_1', 'gap_2', 'gap_3', 'gap_4']
+    """
     return [f"{kind}_{i + 1}" for i in range(count)]

@@ -29,6 +29,12 @@ class DragLaw(Result):
     Methods that take a speed are elementwise: scalar, DM or SX [m/s].
 
     Source: report, Appendix F, eq. (1).
+
+    Examples
+    --------
+    >>> law = DragLaw(magnetic=2.0e5, aerodynamic=1.3)
+    >>> print(f"{float(law.force(134.0)):.5g} N")
+    40620 N
     """
 
     magnetic: float  # C_m [N (m/s)^½]
@@ -238,6 +244,12 @@ def constant_acceleration(
 
     The energy is exact: ∫ (m a + C_m v^(-1/2) + C_a v²) v dv / a.
     Source: report, Appendix F, 3.2 (30 to 134 m/s at 0.05 g).
+
+    Examples
+    --------
+    >>> law = DragLaw(magnetic=2.0e5, aerodynamic=1.3)
+    >>> constant_acceleration(law, mass=45400.0, initial_speed=30.0, final_speed=134.0, acceleration=0.05 * 9.80665)
+    <AccelerationRun: time 212.1 s, distance 1.739e+04 m, peak thrust 6.288e+04 N, peak power 8.426e+06 W, ...>
     """
     m, a = positive("mass", mass, "kg"), positive("acceleration", acceleration, "m/s²")
     v0, v1 = positive("initial_speed", initial_speed, "m/s"), positive("final_speed", final_speed, "m/s")

@@ -24,7 +24,13 @@ TODAY = "today"
 
 
 def energy_sum(levels: Sequence):
-    """Level [dB] of several uncorrelated sounds together, 10 log₁₀ Σ 10^(L/10); scalars, DM or SX, elementwise."""
+    """Level [dB] of several uncorrelated sounds together, 10 log₁₀ Σ 10^(L/10); scalars, DM or SX, elementwise.
+
+    Examples
+    --------
+    >>> print(f"{float(energy_sum([86.0] * 4)):.2f} dB")
+    92.02 dB
+    """
     return 10 * ca.log10(sum(10 ** (level / 10) for level in levels))
 
 
@@ -38,6 +44,11 @@ def at_distance(level, distance, reference=FIFTY_FEET):
 
     Valid far from the source compared with its size; absorption by the air and reflection by the ground are left out.
     The report gives levels at 50 feet only; the inverse-square law is ours.
+
+    Examples
+    --------
+    >>> print(f"{float(at_distance(86.0, 30.48, 15.24)):.2f} dB")
+    79.98 dB
     """
     return level - 20 * ca.log10(distance / reference)
 

@@ -46,6 +46,16 @@ def least_power_schedule(demand: Demand, *, samples: int = 100) -> Schedule:
         the demand, that one is returned, and time or distance stay below what is allowed.
 
     Raises InfeasibleError if time or distance is shorter than with the acceleration and thrust limits alone.
+
+    Examples
+    --------
+    >>> from workbench.propulsion.drag import DragLaw
+    >>> law = DragLaw(magnetic=2.0e5, aerodynamic=1.3)
+    >>> demand = Demand(
+    ...     law=law, mass=45400.0, initial_speed=30.0, final_speed=134.0, acceleration_limit=1.0, time=212.0
+    ... )
+    >>> print(f"{least_power_schedule(demand).peak_power:.4g} W")
+    5.957e+06 W
     """
     from scipy.optimize import brentq
 

@@ -56,7 +56,13 @@ REPORT_MOTOR = MotorRating(coil_force=1340.0, current=1500.0, coils=32)  # repor
 
 
 def coils_for(thrust: float, coil_force: float) -> int:
-    """The smallest even number of coils, two equal motors, for a thrust [N] at `coil_force` [N] per coil and phase."""
+    """The smallest even number of coils, two equal motors, for a thrust [N] at `coil_force` [N] per coil and phase.
+
+    Examples
+    --------
+    >>> coils_for(64.0e3, 1340.0)
+    32
+    """
     one_side = positive("thrust", thrust, "N") / (2 * PHASES * positive("coil_force", coil_force, "N"))
     return 2 * math.ceil(one_side * (1 - 1e-12))  # a quotient that is whole but for rounding needs no further pair
 
@@ -65,6 +71,11 @@ def fuel_fraction(*, rate: float, duration: float, mass: float, reserve: float =
     """Fuel over vehicle mass [1]: rate [kg/s] times duration [s] over mass [kg], `reserve` [1] on top.
 
     Source: report, Appendix F, 4.3.1.
+
+    Examples
+    --------
+    >>> print(f"{fuel_fraction(rate=2600 / 3600, duration=7200.0, mass=45400.0):.4f}")
+    0.1145
     """
     burnt = positive("rate", rate, "kg/s") * positive("duration", duration, "s")
     return burnt * (1 + not_negative("reserve", reserve, "1")) / positive("mass", mass, "kg")

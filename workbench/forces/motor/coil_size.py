@@ -71,6 +71,11 @@ def coil_figures(width: float, length: float, *, gap: float = REPORT_GAP, fundam
 
     Source: report, Appendix F, 5.4.3, Table 2. That both coils scale and that maxima are printed is read from the
     numbers.
+
+    Examples
+    --------
+    >>> coil_figures(1.0, 1.1)
+    <CoilFigures: thrust per length 272.2 N/m, thrust per area 1039 N/m², ...>
     """
     winding, coil = Winding(pole_pitch=length, width=width, length=length), VehicleCoil(width=width, length=length)
     pose = (0.0, gap, 0.0, 0.0, 0.0, 0.0)

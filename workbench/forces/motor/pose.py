@@ -111,6 +111,12 @@ def pose_forces(
         If the pose is not six finite numbers or the coil reaches into the winding.
 
     Source: report, Appendix F, eqs. (21), (24).
+
+    Examples
+    --------
+    >>> found = pose_forces((0.0, 0.30, 0.0, 0.0, 0.0, 0.0))
+    >>> print(f"{found.thrust(32):.5g} N")  # 32 coils, three phases
+    64312 N
     """
     phasor = mutual_phasor(pose, winding, coil, pivot=pivot, harmonic=harmonic, accuracy=accuracy)
     currents = winding.current * coil.ampere_turns

@@ -64,6 +64,11 @@ def direction(n: int) -> int:
     """+1 if space harmonic n of three balanced phases travels forward, −1 backward, 0 if it vanishes.
 
     It travels at 1/n of the fundamental's speed. Source: report, Appendix F, eq. (8).
+
+    Examples
+    --------
+    >>> {n: direction(n) for n in (1, 3, 5, 7)}
+    {1: 1, 3: 0, 5: -1, 7: 1}
     """
     if n < 1 or n % 2 == 0:
         raise InputError(f"a space harmonic must be odd and positive; got {n!r}. An alternating row has no others.")
