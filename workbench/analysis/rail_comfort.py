@@ -115,7 +115,7 @@ def percentile_of_windows(
     The mean square over a window T has the variance (4/T) ∫₀^T (1 − τ/T) R(τ)² dτ with the autocovariance R; a gamma
     distribution with that mean and variance gives the percentile.
     """
-    from scipy.stats import chi2
+    from scipy.special import gammaincinv
 
     if not 0 < window < np.inf or not 0 < probability < 1:
         raise InputError(
@@ -129,7 +129,8 @@ def percentile_of_windows(
     tau = step * np.arange(len(R))
     variance = 4 / window * np.trapezoid((1 - tau / window) * R**2, tau)
     freedom = 2 * sigma**4 / variance
-    return sigma, float(sigma * np.sqrt(chi2.ppf(probability, freedom) / freedom))
+    # a χ² percentile of that many degrees of freedom, per degree
+    return sigma, float(sigma * np.sqrt(2 * gammaincinv(freedom / 2, probability) / freedom))
 
 
 def _autocovariance(psd: Psd, weighting: str | None, window: float) -> tuple[np.ndarray, float]:
