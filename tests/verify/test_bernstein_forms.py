@@ -81,6 +81,7 @@ def test_a_form_is_positive_only_beyond_its_error():
     assert Form.rounded((1, 1), [-5, 2, 3, 4], error=1).negative_at_a_corner()
 
 
+@pytest.mark.slow
 def test_random_polynomials_are_proved_positive_exactly_when_dense_sampling_says_so():
     outcomes = set()
     for seed in range(16):

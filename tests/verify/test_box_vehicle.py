@@ -68,6 +68,7 @@ def test_the_attained_damping_is_that_of_the_floating_model_at_the_member_named(
     assert damping_at("sway_roll_yaw", **at) == pytest.approx(bounds.high, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_four_parameters_leave_nothing_undecided():
     loop = VehicleLoop("sway_roll_yaw", FOUR, "0.5")
     family = family_of(loop)

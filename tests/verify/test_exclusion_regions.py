@@ -82,6 +82,7 @@ def random_family(generator: random.Random):
     return at, interpolate(characteristic(at), box, (3, 3))[0]
 
 
+@pytest.mark.slow
 def test_random_families_are_proved_exactly_when_dense_sampling_finds_them_damped():
     generator, outcomes = random.Random(5), []
     for _ in range(40):
@@ -158,3 +159,27 @@ def test_the_largest_box_is_the_one_that_touches_the_limit():
     assert reach.beyond is not None
     assert not reach.beyond.proved
     assert largest_scale(prove, most="0.3").scale == fmpq(3, 10)
+
+
+@pytest.mark.parametrize("bound", range(1, 45))
+def test_a_polynomial_of_one_degree_more_than_the_bound_is_refused_whatever_the_bound(bound):
+    # the point that checks must lie on no grid: 3/7, say, would lie on that of degree 28
+    box = Box.of(x=("1", "2"))
+    with pytest.raises(ValueError, match="off the grid disagrees"):
+        interpolate(lambda t: (fmpq_poly([t[0] ** (bound + 1), 1]),), box, (bound,))
+    assert interpolate(lambda t: (fmpq_poly([t[0] ** bound, 1]),), box, (bound,))[0].degrees == (bound,)
+
+
+def test_the_point_that_checks_tells_two_parameters_of_equal_degree_apart():
+    box = Box.of(x=("0", "1"), y=("0", "1"))
+    nodes = [fmpq(k, 2) for k in range(3)]
+
+    def value(t):  # vanishes on the grid of both axes, and wherever x = y
+        x, y = t
+        out = x - y
+        for n in nodes:
+            out *= (x - n) * (y - n)
+        return (fmpq_poly([1 + out, 1]),)
+
+    with pytest.raises(ValueError, match="off the grid disagrees"):
+        interpolate(value, box, (2, 2))

@@ -77,6 +77,7 @@ def test_a_hardly_stable_pair_is_proved_stable_where_doubles_cannot_tell():
 
 @settings(deadline=None)
 @given(st.lists(st.fractions(-4, 4, max_denominator=7), min_size=1, max_size=7), st.integers(0, 2))
+@pytest.mark.slow
 def test_sturm_counts_the_distinct_roots_from_zero_on(roots, pairs):
     p = fmpq_poly([1])
     for r in roots:

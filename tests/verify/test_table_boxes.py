@@ -1,18 +1,21 @@
 """Promises over boxes of factors travel in the table and are proved again from it."""
 
 import json
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
-from flint import fmpq
+from flint import fmpq, fmpq_poly
 
 from workbench.export.promise import with_box
 from workbench.export.table import GainTable, digest_of
 from workbench.verify.check import verify_document
 from workbench.verify.failure import NotProved
 from workbench.verify.loop import state_matrix
+from workbench.verify.polynomial_family import Box, interpolate
 from workbench.verify.table import table_of
-from workbench.verify.uncertain import UncertainLoop, worst_over_box
+from workbench.verify.uncertain import UncertainLoop, interval_holds, worst_over_box
 
 BOX = {"mass": (0.9, 1.1), "current_force": (0.95, 1.05)}
 
@@ -46,6 +49,7 @@ def test_promises_over_a_box_are_proved_again_from_the_table(boxed):
         assert high / low - 1 < 3e-3  # the enclosures a table promises are 0.2 % wide
 
 
+@pytest.mark.slow
 def test_the_enclosed_worst_damping_is_that_of_a_dense_grid(boxed, heave):
     table = table_of(heave.document)
     worst = 1.0
@@ -107,6 +111,67 @@ def test_what_is_not_promised_over_boxes_is_refused_by_name(heave):
         worst_over_box([loop], "rms gap, front")
     with pytest.raises(NotProved, match="must rise"):
         UncertainLoop(table, "heave", {"mass": (fmpq(1), fmpq(1))})
+
+
+def test_what_does_not_hold_over_the_box_is_said_with_its_open_share_and_worst_member(boxed):
+    document = boxed()
+    said = {u["name"]: u for u in document["undecided"]}
+    assert set(said) == {"damping ratio", "peak sensitivity, heave_pitch"}
+    for name, u in said.items():
+        nominal, promised = (
+            next(p for p in document["promises"] if p["name"] == name and bool(p["box"]) is boxed_one)
+            for boxed_one in (False, True)
+        )
+        assert u["limit"] == nominal["limit"] != promised["limit"]
+        assert 0 < u["share"] < 1  # part of the box keeps the nominal limit
+        assert u["box"] == promised["box"]
+        assert "the member at mass" in u["reason"]
+    assert [u.name for u in verify_document(document).undecided] == list(said)
+
+
+def test_nothing_is_promised_where_the_box_is_not_stable_and_the_table_says_so(heave):
+    box = {"gap_force": (-0.5, 1.5)}  # less than no force: static divergence
+    table = with_box(GainTable.model_validate(heave.document), box)
+    assert not [p for p in table.promises if p.box]
+    assert {u.name for u in table.undecided} == {"damping ratio", "peak sensitivity, heave_pitch"}
+    assert all("no bound holds over the whole box" in u.reason or "stable" in u.reason for u in table.undecided)
+    assert verify_document(table.to_dict()).proved  # of what is promised nothing fails
+
+
+def test_a_table_without_the_vehicle_is_told_that_no_box_can_be_proved(hybrid):
+    table = with_box(GainTable.model_validate(hybrid.document), BOX)
+    assert not [p for p in table.promises if p.box]
+    assert {u.share for u in table.undecided} == {1.0}
+    assert all("needs the vehicle behind the plant" in u.reason for u in table.undecided)
+
+
+def test_a_worst_member_inside_the_box_is_named_and_found_again(boxed):
+    def claims(at):
+        def change(promises):
+            for p in promises:
+                if p["name"] == "damping ratio":
+                    p["at"] = at
+
+        return over_box(verify_document(boxed(change)))["damping ratio"]
+
+    assert claims({"mass": 1.0, "current_force": 1.0}).method  # proved anew from its own worst member
+    assert claims({}).holds  # left out: corners are looked at
+    beyond = claims({"mass": 1.3, "current_force": 1.0})
+    assert beyond.claimed != beyond.proved  # a member outside the box proves nothing of the claim
+
+
+def test_an_interior_worst_member_verifies_from_its_place():
+    # s² + 2 ζ s + 1 with ζ = (t − 1/3)² + 0.1: worst at t = 1/3, which is no corner and not the centre
+    box = Box.of(t=("0", "0.9"))
+    (family,) = interpolate(
+        lambda t: (fmpq_poly([1, 2 * ((t[0] - fmpq(1, 3)) ** 2 + fmpq(1, 10)), 1]),), box, (2,)
+    )  # fmt: skip
+    loop = cast(UncertainLoop, SimpleNamespace(box=box, poles=family, corners=[box.centre, *box.vertices()]))
+    worst = worst_over_box([loop], "damping ratio")
+    at = {"t": fmpq(1, 3)}
+    assert float(worst.low) <= 0.1 <= float(worst.high)
+    assert interval_holds([loop], "damping ratio", fmpq(999, 10000), fmpq(1001, 10000), at)
+    assert not interval_holds([loop], "damping ratio", fmpq(999, 10000), fmpq(1001, 10000))  # no corner attains it
 
 
 @pytest.mark.slow

@@ -32,6 +32,7 @@ def on(file, guideway):
     return design, table_from_design(design).to_dict()
 
 
+@pytest.mark.slow
 def test_spectra_with_several_corners_are_proved_and_hold_the_floating_values(revenue):
     design, document = on(revenue, Roughness.german("low", track_width=1.93))
     corners = {k: len(s["corners_rad_m"]) for k, s in document["certificate"]["guideway"]["spectra"].items()}

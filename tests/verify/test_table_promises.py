@@ -118,6 +118,7 @@ def test_a_vehicle_that_is_not_that_of_the_plant_is_noticed_from_the_file_alone(
     assert report.plant_follows is False
 
 
+@pytest.mark.slow
 def test_a_changed_plant_whose_vehicle_was_left_out_still_fails_its_promises(revenue):
     def weaker(document):
         document["certificate"]["physics"] = None
@@ -169,6 +170,7 @@ def test_a_narrower_claim_than_the_truth_is_refused(revenue):
     assert "is claimed to lie in" in report.faults[0]
 
 
+@pytest.mark.slow
 def test_a_claim_in_floating_point_is_held_against_the_proof_to_a_millionth(revenue):
     def floating(off):
         def change(document):

@@ -124,6 +124,7 @@ def test_a_doubles_shortest_decimal_is_read_as_that_exact_decimal(value):
 
 @settings(max_examples=20, deadline=None)
 @given(st.data())
+@pytest.mark.slow
 def test_no_change_of_any_one_entry_gives_anything_but_a_report_or_a_sentence(heave, data):
     document = heave.document
     node, key, deeper = document, None, True

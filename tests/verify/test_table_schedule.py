@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 from flint import fmpq
 
+from workbench.export.certificate import force_difference
+from workbench.export.problem import load_problem, shipped_problems
 from workbench.export.promise import with_schedule
 from workbench.export.table import GainTable, digest_of
 from workbench.verify.check import verify_document
@@ -66,7 +68,7 @@ def test_promises_over_all_speeds_are_proved_again_from_the_table(scheduled):
 
 def test_at_the_certificates_own_speed_the_rebuilt_loop_is_the_printed_one(scheduled):
     table = table_of(scheduled())
-    loop = ScheduledLoop(table, "heave", (fmpq(100), fmpq(134)))
+    loop = ScheduledLoop(table, "heave", {"speed": (fmpq(100), fmpq(134))})
     p = loop.poles.at((fmpq(134),))
     roots = np.roots([float(c) for c in reversed(p.coeffs())])
     printed = np.linalg.eigvals([[float(x) for x in row] for row in state_matrix(table, "heave").tolist()])
@@ -116,3 +118,15 @@ def test_without_forces_nothing_is_proved_over_speeds(scheduled):
 def test_a_schedule_of_wrong_shape_is_refused_by_key(scheduled, change, sentence):
     with pytest.raises(TableError, match=sentence):
         verify_document(scheduled(lambda d: change(d["schedule"])))
+
+
+@pytest.mark.slow
+def test_forces_over_speed_that_are_not_the_problems_are_noticed():
+    folder = shipped_problems()["scheduled_vehicle"]
+    forces = json.loads((folder / "approved.json").read_text(encoding="utf-8"))["schedule"]["forces"]
+    problem = load_problem("scheduled_vehicle")
+    largest, wrong = force_difference(forces, problem, speeds=3)
+    assert wrong == ""
+    assert largest < 1e-4  # what degree 8 leaves from 30 to 134 m/s
+    forces["coefficients"]["lateral,4"][0] = repr(1.01 * float(forces["coefficients"]["lateral,4"][0]))
+    assert "'lateral,4' at" in force_difference(forces, problem, speeds=3)[1]

@@ -31,6 +31,13 @@ def design(
         ),
     ] = None,
     speed: Speed = None,
+    boxes: Annotated[
+        bool,
+        typer.Option(
+            help="Prove what holds for every vehicle of the standard box (mass ±15 %, inertias ±10 %, current force "
+            "±10 %, gap force ±8 %) and at every speed of a schedule, for the gain table."
+        ),
+    ] = True,
     json: Json = False,
 ) -> None:
     """Optimises, verifies, writes the gain table and the report.
@@ -74,13 +81,13 @@ def design(
             result = solve(loaded, **options, on_start=lambda s: step(f"cost {s.cost:.4g}"))
         cases = robustness(loaded, result.gains, varied)
         curve = _curve(loaded, result.gains, show) if trade_off and borne is None and scheduled is None else None
-    kept = {c.name: c.to_dict() for c in cases}
+        kept = {c.name: c.to_dict() for c in cases}
+        more = {} if borne is None else {f"worst {w.verdict.name} of many models": _worst(w) for w in borne.worst}
+        table = table_from_design(result, robustness=kept | more)
+        if scheduled is not None:
+            table = table.model_copy(update={"schedule": SchedulePart(**scheduled.schedule.to_dict())})
+        table = _proved(signed(table), loaded, show) if boxes else signed(table)
     evidence = scheduled or borne or result
-    more = {} if borne is None else {f"worst {w.verdict.name} of many models": _worst(w) for w in borne.worst}
-    table = table_from_design(result, robustness=kept | more)
-    if scheduled is not None:
-        table = table.model_copy(update={"schedule": SchedulePart(**scheduled.schedule.to_dict())})
-    table = signed(table)
     page = report_html(result, trade_off=curve, robustness=kept | more, table=table)
     page = page if scheduled is None else with_schedule(page, scheduled)
     path, report = out / "gains.json", out / "report.html"
@@ -107,6 +114,8 @@ def design(
         "Robustness", ("case", "stable", "damping", *(f"peak sensitivity, {g}" for g in cases[0].peak_sensitivity)),
         [(c.name, figure(c.stable), figure(c.damping), *map(figure, c.peak_sensitivity.values())) for c in cases],
     )  # fmt: skip
+    if boxes:
+        _print_boxes(table)
     typer.echo(f"gain table  {path}\nreport      {report}")
 
 
@@ -126,6 +135,46 @@ def _scheduled(problem, options, on_start, show):
 
     step = show("dense check", ROUNDS)
     return schedule_design(problem, **options, on_start=on_start, on_round=lambda n, words: step(words[:60]))
+
+
+def _proved(table, problem, show):
+    """The table with its promises over the standard box and over the speeds of its schedule."""
+    from time import perf_counter
+
+    from workbench.export.promise import BOXED, certified
+
+    count = sum(p.name.split(",")[0] in BOXED for p in table.promises) * (1 if table.schedule is None else 2)
+    step, began = show("proofs over boxes", count), perf_counter()
+    return certified(
+        table, problem, on_promise=lambda name, words: step(f"{perf_counter() - began:.0f} s, {name}: {words}"[:90])
+    )
+
+
+def _print_boxes(table) -> None:
+    """What is promised over boxes and speeds, and what is not."""
+    from workbench.commands.output import emit_table
+    from workbench.result import figure
+
+    rows = [
+        (_box(p.box), p.name, f"{p.sense} {p.limit:g}", figure(p.enclosure[0]), figure(p.enclosure[1]))
+        for p in table.promises
+        if p.box
+    ]
+    if rows:
+        emit_table("Proved for every vehicle of a box", ("box", "worst", "promised", "from", "to"), rows)
+    if table.undecided:
+        emit_table(
+            "Asked of the box as well, and not promised there",
+            ("box", "limit", "open share", "because"),
+            [(_box(u.box), f"{u.name} {u.sense} {u.limit:g}", f"{u.share:.0%}", u.reason) for u in table.undecided],
+        )
+
+
+def _box(box) -> str:
+    """A box in few words."""
+    if set(box) == {"speed"}:
+        return "{:g} … {:g} m/s".format(*box["speed"])
+    return ", ".join(f"{name} {low:g} … {high:g}" for name, (low, high) in box.items()) if len(box) < 3 else "standard"
 
 
 def _where(scheduled) -> str:

@@ -40,18 +40,31 @@ def verify(
                 "table": str(table), "digest": report.digest, "digest_ok": report.digest_ok,
                 "plant_follows": report.plant_follows, "coupling": report.coupling,
                 "promises": [_entry(f) for f in report.findings],
+                "undecided": [
+                    {"name": u.name, "sense": u.sense, "limit": float(u.limit), "share": float(u.share),
+                     "reason": u.reason} for u in report.undecided
+                ],
                 "problem": None if found is None else {**found.to_dict(), "holds": found.holds},
                 "faults": faults, "proved": not faults,
             }
         )  # fmt: skip
     else:
+        boxes = any(f.box for f in report.findings)
         emit_table(
-            f"{report.problem}: promises", ("promise", "promised", "proved again", "seconds", "verdict"),
+            f"{report.problem}: promises",
+            ("promise", *(["for"] if boxes else []), "promised", "proved again", "seconds", "verdict"),
             [
-                (f.name, f"{f.sense} {f.limit:g}", _interval(f.proved), f"{f.seconds:.2f}", f.verdict)
+                (f.name, *([_box(f.box)] if boxes else []), f"{f.sense} {f.limit:g}", _interval(f.proved),
+                 f"{f.seconds:.2f}", f.verdict)
                 for f in report.findings
             ],
         )  # fmt: skip
+        if report.undecided:
+            emit_table(
+                "Not promised over a box, as the table says itself", ("limit", "open share", "because"),
+                [(f"{u.name} {u.sense} {float(u.limit):g}", f"{float(u.share):.0%}", u.reason)
+                 for u in report.undecided],
+            )  # fmt: skip
         follows = {True: "yes", False: "NO", None: "no vehicle beside it; taken as printed"}[report.plant_follows]
         emit_rows(
             "Table",
@@ -88,6 +101,15 @@ def _entry(finding) -> dict[str, Any]:
         "box": {name: list(interval) for name, interval in finding.box.items()},
         "holds": finding.holds, "verdict": finding.verdict, "reason": finding.reason, "seconds": finding.seconds,
     }  # fmt: skip
+
+
+def _box(box) -> str:
+    """Which plants a promise speaks of."""
+    if not box:
+        return "the plant"
+    if set(box) == {"speed"}:
+        return "{:g} … {:g} m/s".format(*box["speed"])
+    return f"a box of {len(box)} factors"
 
 
 def _interval(ends: tuple[float, float] | None) -> str:

@@ -1,7 +1,8 @@
 """What the proofs of a gain table rest on besides gains, law and plant, as decimals.
 
     Problem --certificate_of--> groups, guideway, sensors, motor, and the vehicle from which the plant follows
-    GainTable, Problem --agreement--> whether a table is of that problem: data, plant, law, certificate, limits
+    Problem --speed_forces--> coil forces over the speeds of a schedule, as printed polynomials
+    GainTable, Problem --agreement--> whether a table is of that problem: data, plant, law, certificate, limits, forces
 
 The independent checker (`workbench.verify`) reads this part and nothing else of the problem. What it could not use is
 left out (None): spectra without rational form, and vehicles whose plant it would not rebuild (a trim away from the
@@ -19,6 +20,11 @@ from workbench.guideway.spectrum import PowerLaw, Rational
 from workbench.lti import Plant
 from workbench.result import Result, Row
 
+FORCE_DEGREE = 8  # of the printed polynomials: leaves 4e-5 from 30 to 134 m/s, each degree more a third of it
+FORCE_NODES = 8  # exact trims, at Chebyshev nodes in the logarithm of the speed: leave 3e-7
+FITTED = 30  # speeds that the polynomials are fitted through, and as many between them where they are compared
+COMPARED = 21  # speeds at which `agreement` compares them with exact trims
+COMPARISON = 1.05  # times the stated error: a maximum met between the speeds at which it was stated
 SAME = 1e-9  # of the largest entry in the same row; rebuilt by the same code, a plant is the same to 1e-13
 
 
@@ -123,6 +129,67 @@ def plant_follows(plant: Plant, physics: dict[str, Any]) -> bool:
     return not differences(exact_plant(plant), Physics.read(physics))
 
 
+def speed_forces(problem, range: tuple[float, float], *, nodes: int = FORCE_NODES) -> dict[str, Any]:
+    """Forces of one coil set in level flight over a range of speeds: the `forces` of a table's schedule.
+
+    Polynomials of the speed, as printed, fitted to an interpolation between `nodes` exact trims; `relative_error` is
+    the largest difference between the two, over the largest value of that number, plus what the interpolation leaves,
+    measured between its nodes. A second for two trims.
+    """
+    from workbench.design.speed_family import force_numbers, speed_family
+
+    def exact(u: float) -> dict[str, float]:
+        speed = float(np.clip(np.exp(middle + u * half), low, high))
+        return force_numbers(problem.at({"speed_m_s": speed}).vehicle.force_law)
+
+    low, high = range
+    middle, half = np.log(low * high) / 2, np.log(high / low) / 2
+    places = np.cos((np.arange(nodes) + 0.5) * np.pi / nodes)
+    found = [exact(float(u)) for u in places]
+    names = [name for name in found[0] if name != "drag_ratio"]  # the inverse of "lift_to_drag", and not as smooth
+    curves = np.polynomial.chebyshev.chebfit(places, [[one[name] for name in names] for one in found], nodes - 1)
+
+    def numbers(speed: float) -> dict[str, float]:
+        values = np.polynomial.chebyshev.chebval((np.log(speed) - middle) / half, curves)
+        return dict(zip(names, map(float, values), strict=True))
+
+    family = speed_family(numbers, (low, high), degree=FORCE_DEGREE, nodes=FITTED)
+    between = exact(-1.0), exact(float(places[nodes // 2] + places[nodes // 2 - 1]) / 2), exact(1.0)
+    speeds = low, float(np.exp(middle + half * (places[nodes // 2] + places[nodes // 2 - 1]) / 2)), high
+    document = family.to_dict()
+    for name in names:
+        size = max(abs(one[name]) for one in found) or 1.0
+        left = max(abs(numbers(v)[name] - one[name]) for v, one in zip(speeds, between, strict=True)) / size
+        document["relative_error"][name] = float(f"{document['relative_error'][name] + left:.3g}")
+    document["nodes"] = sorted((repr(float(np.exp(middle + u * half))) for u in places), key=float)
+    return document
+
+
+def force_difference(forces: dict[str, Any], problem, *, speeds: int = COMPARED) -> tuple[float, str]:
+    """How far printed polynomials lie from a problem's coil forces, and what is farther off than the table states.
+
+    The difference is the largest, relative to the largest value of its number; the sentence is empty if all are as
+    stated. A second for two speeds.
+    """
+    from workbench.design.speed_family import force_numbers
+
+    low, high = (float(v) for v in forces["range"])
+    centre, scale = float(forces["centre"]), float(forces["scale"])
+    places = np.linspace(low, high, speeds)
+    found = [force_numbers(problem.at({"speed_m_s": float(v)}).vehicle.force_law) for v in places]
+    largest, excess, sentence = 0.0, 0.0, ""
+    for name, coefficients in forces["coefficients"].items():
+        values = np.array([one[name] for one in found])
+        printed = np.polynomial.polynomial.polyval((places - centre) / scale, [float(c) for c in coefficients])
+        off = np.abs(printed - values) / (np.abs(values).max() or 1.0)
+        k, stated = int(np.argmax(off)), float(forces["relative_error"].get(name, 0.0))
+        largest = max(largest, float(off[k]))
+        if off[k] - COMPARISON * stated - SAME > excess:
+            excess = float(off[k] - COMPARISON * stated - SAME)
+            sentence = f"{name!r} at {places[k]:.4g} m/s differs by {off[k]:.2g}, {stated:.2g} is stated"
+    return largest, sentence
+
+
 def exact_plant(plant: Plant):
     """The plant as the checker takes it from the printed decimals: `workbench.verify.system.System`."""
     from workbench.verify.table import plant_of
@@ -141,6 +208,8 @@ class Agreement(Result):
     """Whether a gain table is one of a problem.
 
     plant_difference : largest difference of an entry, of the largest entry in its row; None if the signals differ
+    force_difference : of a schedule, largest relative difference of the printed polynomials of the coil forces from the
+        problem's, at 21 speeds; else None
     disagreements : one sentence for each thing that differs
     """
 
@@ -148,6 +217,7 @@ class Agreement(Result):
     data_sha256_ok: bool
     plant_difference: float | None
     disagreements: tuple[str, ...]
+    force_difference: float | None = None
 
     @property
     def holds(self) -> bool:
@@ -160,6 +230,11 @@ class Agreement(Result):
             ("problem", self.problem, ""),
             ("data as in the table", self.data_sha256_ok, ""),
             ("largest difference of the plants", self.plant_difference, "of its row"),
+            *(
+                [("largest difference of the forces over speed", self.force_difference, "of the largest value")]
+                if self.force_difference is not None
+                else []
+            ),
             *(("differs", sentence, "") for sentence in self.disagreements),
         ]
 
@@ -186,7 +261,9 @@ def agreement(document: dict[str, Any], problem) -> Agreement:
         wrong = [key for key, value in certificate_of(problem).items() if given.get(key) != value]
         sentences.append(f"the certificate must rest on the numbers of {problem.name!r}; {', '.join(wrong)} differ")
     promised = {
-        (p["name"].split(", heave")[0].split(", sway")[0], p["sense"], p["limit"]) for p in document["promises"]
+        (p["name"].split(", heave")[0].split(", sway")[0], p["sense"], p["limit"])
+        for p in document["promises"]
+        if not p["box"]
     }
     lacking = [r for r in problem.requirements if (r.name, r.sense, r.limit) not in promised]
     if lacking:
@@ -194,12 +271,16 @@ def agreement(document: dict[str, Any], problem) -> Agreement:
         sentences.append(
             f"every requirement of {problem.name!r} must be promised; {r.name!r} {r.sense} {r.limit:g} is not"
         )
+    forces = (document.get("schedule") or {}).get("forces")
+    off = None
+    if forces and same_data:
+        off, wrong = force_difference(forces, problem)
+        if wrong:
+            sentences.append(f"the coil forces over speed must be those of {problem.name!r} as far as stated; {wrong}")
     return Agreement(
-        problem=problem.name,
-        data_sha256_ok=same_data,
-        plant_difference=difference,
-        disagreements=tuple(sentences),
-    )
+        problem=problem.name, data_sha256_ok=same_data, plant_difference=difference, disagreements=tuple(sentences),
+        force_difference=off,
+    )  # fmt: skip
 
 
 def _plant_difference(printed: dict[str, Any] | None, plant: Plant) -> tuple[float | None, str]:

@@ -2,12 +2,14 @@
 
     the table's decimals --workbench.verify--> enclosure in ball arithmetic, rounded outward --> promise
     no proof             --floating point----> the value alone, or the bracket of its algorithm
+    boxes of factors, ranges of speed --same prover--> the worst value --> promise, and what share stays undecided
 
 The prover is the one that `workbench verify` runs: from the decimals as printed, nothing else. A method that starts
 with "ball arithmetic" is a proof; "floating point" is not, and the word stands in the table.
 """
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 from workbench.design.requirement import Verdict
@@ -15,6 +17,7 @@ from workbench.design.requirement import Verdict
 ANALYSIS = "floating point: figure of the analysis"
 HAMILTONIAN = "floating point: Hamiltonian eigenvalues, bracket"
 BOXED = ("damping ratio", "decay rate", "peak sensitivity")
+OnPromise = Callable[[str, str], None]
 SLACK = 1e-12  # relative, outward: so that another version's enclosure, as narrow as ours, still fits in
 
 
@@ -32,7 +35,7 @@ def promises(design, document: dict[str, Any]) -> list[dict[str, Any]]:
         if v.value is not None:
             name, enclosure, method = _enclosed(v, v.value, design.analysis, prover)
             promise = {"name": name, "sense": v.sense, "limit": v.limit, "enclosure": list(enclosure)}
-            out.append({**promise, "method": method, "box": {}})
+            out.append({**promise, "method": method, "box": {}, "at": {}})
     return out
 
 
@@ -55,7 +58,32 @@ def _enclosed(v: Verdict, value: float, analysis, prover) -> tuple[str, tuple[fl
     return name, (low - SLACK * abs(low), math.nextafter(high + SLACK * abs(high), math.inf)), method
 
 
-def with_box(table, box: dict[str, tuple[float, float]]):
+def certified(table, problem, *, on_promise: OnPromise | None = None):
+    """The table, signed, with what is proved over the standard box, and over every speed of its schedule if it has one.
+
+    Parameters
+    ----------
+    table : workbench.export.table.GainTable
+    problem : workbench.design.problem.Problem
+        Whose design it is; asked for the coil forces over the speeds of a schedule.
+    on_promise : called with the name of each quantity and what became of it
+
+    The standard box is that of `design.model.STANDARD_BOX` without the centre of gravity: mass ±15 %, each inertia
+    ±10 %, current force ±10 %, gap force ±8 %. Under 20 s for two groups, with a schedule.
+    """
+    from workbench.design.model import STANDARD_BOX
+    from workbench.export.certificate import speed_forces
+    from workbench.verify.loop import FACTORS
+
+    box = {name: (low, high) for name, (low, high) in STANDARD_BOX.intervals.items() if name in FACTORS}
+    table = with_box(table, box, on_promise=on_promise)
+    if table.schedule is None:
+        return table
+    low, high = (float(v) for v in table.schedule.range)
+    return with_schedule(table, speed_forces(problem, (low, high)), on_promise=on_promise)
+
+
+def with_box(table, box: dict[str, tuple[float, float]], *, on_promise: OnPromise | None = None, method: str = ""):
     """The table, signed, with promises besides of what holds over a box: damping, decay and peak sensitivity.
 
     Parameters
@@ -63,64 +91,111 @@ def with_box(table, box: dict[str, tuple[float, float]]):
     table : workbench.export.table.GainTable
     box : name of a factor (`workbench.verify.loop.FACTORS`: "mass", "inertia", "current_force", "gap_force", …) to its
         [lowest, highest] value, 1 = as printed
+    on_promise : called with the name of each quantity and what became of it
+    method : words that are added to the method of each promise
 
     Each worst value over the box is enclosed to 0.2 %. The promised limit is the nominal one where it holds over the
-    whole box, else what is proved, rounded to three digits on the safe side; a quantity for which nothing is proved
-    gets no promise. Some seconds for four factors.
+    whole box, else what is proved, rounded to three digits on the safe side; then, and where nothing is proved, the
+    table says under `undecided` on what share of the box the nominal limit stays open, and why.
     """
     from workbench.export.table import GainTable, signed
-    from workbench.verify.check import outward
-    from workbench.verify.failure import NotProved
     from workbench.verify.prover import Prover
-    from workbench.verify.reading import as_printed, number
     from workbench.verify.table import table_of
-    from workbench.verify.uncertain import attained, interval_holds, worst_over_box
 
     document = table.to_dict()
     prover = Prover(table_of(document))
-    exact = {name: (as_printed(low, name), as_printed(high, name)) for name, (low, high) in box.items()}
-    found = []
-    for promise in document["promises"]:
+    intervals = {name: [float(a), float(b)] for name, (a, b) in box.items()}
+    for promise in list(document["promises"]):
         if promise["box"] or promise["name"].split(",")[0] not in BOXED:
             continue
-        try:
-            loops = prover.uncertain(promise["name"], exact)
-            low, high, method = worst_over_box(loops, promise["name"])
-            wanted, upper = number(promise["limit"], "limit"), promise["sense"] == "<="
-            reached = attained(loops, promise["name"])  # at a corner, where the checker looks again
-            low, high = (reached, high) if upper else (low, reached)
-            nearer = (low, wanted) if upper else (wanted, high)
-            if low <= wanted <= high and interval_holds(loops, promise["name"], *nearer):
-                low, high = nearer  # the limit lay within the enclosure: asked again, exactly there
-        except NotProved:
-            continue
-        low, high = outward(low, high)
-        kept = high <= promise["limit"] if upper else low >= promise["limit"]
-        limit = promise["limit"] if kept else _safe(high, 1) if upper else _safe(low, -1)
-        intervals = {name: [float(a), float(b)] for name, (a, b) in box.items()}
-        found.append({**promise, "limit": limit, "enclosure": [low, high], "method": method, "box": intervals})
-    document["promises"] += found
+        asked = {k: promise[k] for k in ("name", "sense", "limit")} | {"box": intervals}
+        found, left = _over_box(prover, promise, box)
+        if found:
+            words = found["method"] if not method else f"{found['method']}; {method}"
+            document["promises"].append({**asked, **found, "method": words})
+        if left:
+            document["undecided"].append({**asked, **left})
+        if on_promise:
+            on_promise(promise["name"], _words(found, left))
     return signed(GainTable.model_validate(document))
 
 
-def with_schedule(table, forces: dict[str, Any]):
+def _over_box(prover, promise: dict[str, Any], box) -> tuple[dict[str, Any] | None, dict[str, Any] | None]:
+    """What is promised of a quantity over a box, and what stays undecided; at least one of them."""
+    from workbench.verify.check import outward
+    from workbench.verify.failure import NotProved
+    from workbench.verify.reading import as_printed, number
+    from workbench.verify.uncertain import attained, interval_holds, open_share, worst_over_box
+
+    name, upper = promise["name"], promise["sense"] == "<="
+    wanted = number(promise["limit"], "limit")
+    try:
+        loops = prover.uncertain(name, {k: (as_printed(low, k), as_printed(high, k)) for k, (low, high) in box.items()})
+    except NotProved as error:
+        return None, {"share": 1.0, "reason": str(error)}
+    try:
+        worst = worst_over_box(loops, name)
+        at = {k: float(v) for k, v in worst.at.items()}  # where the checker looks again
+        exact = {k: as_printed(v, k) for k, v in at.items()}
+        reached = attained(loops, name, exact)
+        if reached is None:
+            raise NotProved("the member that attains the worst value could not be printed as decimals")
+        low, high = (reached, worst.high) if upper else (worst.low, reached)
+        nearer = (low, wanted) if upper else (wanted, high)
+        if low <= wanted <= high and interval_holds(loops, name, *nearer, exact):
+            low, high = nearer  # the limit lay within the enclosure: asked again, exactly there
+    except NotProved as error:
+        return None, {"share": _share(open_share, loops, name, wanted), "reason": str(error)}
+    low, high = outward(low, high)
+    kept = high <= promise["limit"] if upper else low >= promise["limit"]
+    limit = promise["limit"] if kept else _safe(high, 1) if upper else _safe(low, -1)
+    found = {"limit": limit, "enclosure": [low, high], "method": worst.method, "at": at}
+    if kept:
+        return found, None
+    place = ", ".join(f"{k} {v:.4g}" for k, v in at.items())
+    reason = f"the member at {place} attains {float(reached):.4g}"
+    return found, {"share": _share(open_share, loops, name, wanted), "reason": reason}
+
+
+def _share(open_share, loops, name: str, wanted) -> float:
+    """The open share of a limit, two digits, rounded up."""
+    from workbench.verify.failure import NotProved
+
+    try:
+        return min(math.ceil(100 * open_share(loops, name, wanted)) / 100, 1.0)
+    except NotProved:
+        return 1.0
+
+
+def _words(found: dict[str, Any] | None, left: dict[str, Any] | None) -> str:
+    """What became of one quantity, in a few words."""
+    if found is None:
+        return f"nothing proved: {left['reason']}" if left else ""
+    return "holds" if left is None else f"{found['limit']:.4g} instead"
+
+
+def with_schedule(table, forces: dict[str, Any], *, on_promise: OnPromise | None = None):
     """The table of a schedule, signed, with the coil forces over its speeds and what is proved over all of them.
 
     Parameters
     ----------
     table : workbench.export.table.GainTable
         With a schedule, and the vehicle in its certificate.
-    forces : the dictionary of `workbench.design.speed_family.force_family(problem, range)`
+    forces : as of `workbench.export.certificate.speed_forces`
+    on_promise : as for `with_box`
 
-    Damping, decay and peak sensitivity of the groups at every steady speed, promised as `with_box` does. About ten
-    seconds for quadratic gains.
+    Damping, decay and peak sensitivity of the groups at every steady speed, promised as `with_box` does. The proof is
+    about the printed polynomials of the forces; how far the coils' own forces lie from them, as measured, stands in
+    each promise's method, and `workbench verify --problem` measures it again.
     """
     from workbench.export.table import GainTable
 
     document = table.to_dict()
     document["schedule"]["forces"] = forces
     low, high = (float(v) for v in document["schedule"]["range"])
-    return with_box(GainTable.model_validate(document), {"speed": (low, high)})
+    error = max(forces["relative_error"].values(), default=0.0)
+    words = f"coil forces as the printed polynomials, within {_safe(error, 1):.3g} of the problem's" if error else ""
+    return with_box(GainTable.model_validate(document), {"speed": (low, high)}, on_promise=on_promise, method=words)
 
 
 def _safe(value: float, side: int) -> float:

@@ -36,6 +36,7 @@ from workbench.export.table_schema import (
     SchedulePart,
     Sha256,
     Text,
+    Undecided,
     Versions,
 )
 from workbench.lti import Plant
@@ -75,6 +76,7 @@ class GainTable(Result, Part):
     measured: Annotated[dict[Name, JsonValue], Field(max_length=200)]
     requirements: Annotated[list[RequirementRecord], Field(max_length=200)]
     promises: Annotated[list[Promise], Field(max_length=500)]
+    undecided: Annotated[list[Undecided], Field(max_length=500, default_factory=list)]  # tables before it lack it
     robustness: Annotated[dict[Name, JsonValue], Field(max_length=500)]
     digest: Sha256
 
@@ -170,7 +172,7 @@ def table_from_design(
         "law": law_part(problem.law, problem.sample_time),
         "plant": plant_part(problem.setting.plant), "certificate": certificate_of(problem), "schedule": None,
         "measured": measured, "requirements": [v.to_dict() for v in design.requirements],
-        "promises": [], "robustness": plain(dict(robustness or {})),
+        "promises": [], "undecided": [], "robustness": plain(dict(robustness or {})),
     }  # fmt: skip
     document["promises"] = promises(design, document)
     document["digest"] = digest_of(document)

@@ -1,7 +1,7 @@
 """The parts of a gain table: what a file must have, nothing else, nothing unfinite.
 
     Decimal   a number as the digits printed; `float` reads back the same double
-    Part      strict types, no other keys: Versions, LawPart, PlantPart, RequirementRecord, Promise, CertificatePart, …
+    Part      strict types, no other keys: Versions, LawPart, PlantPart, RequirementRecord, Promise, Undecided, …
 
 Their Python side is the record of the same name elsewhere: `control.ModalLaw`, `lti.Plant`, `design.requirement`;
 `export.certificate` writes the certificate, `workbench.verify` reads it.
@@ -201,6 +201,7 @@ class Promise(Part):
     """One quantity, its limit, the interval that holds its value, how that was found, and for which plants.
 
     box : name of a varied quantity to its [lowest, highest] factor; empty for the nominal plant alone
+    at : of a box, the member that attains the end of the enclosure which is not a bound; a corner if left out
     """
 
     name: Name
@@ -209,6 +210,7 @@ class Promise(Part):
     enclosure: Interval
     method: Text
     box: Annotated[dict[Name, Interval], Field(max_length=50)]
+    at: Annotated[dict[Name, Number], Field(max_length=50, default_factory=dict)]
 
     @model_validator(mode="after")
     def ordered(self) -> "Promise":
@@ -217,3 +219,17 @@ class Promise(Part):
             if low > high:
                 raise ValueError(f"an interval must go from low to high; got [{low}, {high}] for {self.name!r}")
         return self
+
+
+class Undecided(Part):
+    """A requirement that was asked of a whole box and is not promised there, with the share of it that stays open.
+
+    share : of the box on which the limit is not proved, never too small;  reason : what stands against it
+    """
+
+    name: Name
+    sense: Sense
+    limit: Number
+    box: Annotated[dict[Name, Interval], Field(max_length=50)]
+    share: Annotated[float, Field(ge=0, le=1)]
+    reason: Text

@@ -5,8 +5,8 @@
     Proof.certificate --rebuilt family--> recheck
 
 A proof covers parameters that are constant in time, anywhere in the box. What stays undecided is said as the share of
-the box, with its pieces; a member that breaks the claim is named when one is found. Proofs rest
-on the degree bounds given to the family.
+the box, with its pieces; a member that breaks the claim is named when one is found, and ends the search unless it is to
+be thorough (about the share that stays open). Proofs rest on the degree bounds given to the family.
 """
 
 import re
@@ -39,28 +39,40 @@ BUDGET = 20.0  # s
 MEMBERS = 100  # exact checks of single members that an incomplete proof may spend
 
 
-def prove_hurwitz(family: Family | RoundedFamily, *, most: int = MOST_PIECES, budget: float = BUDGET) -> Proof:
+def prove_hurwitz(
+    family: Family | RoundedFamily, *, most: int = MOST_PIECES, budget: float = BUDGET, thorough: bool = False
+) -> Proof:
     """Every root of every member has a negative real part."""
-    return _prove_region("every pole has a negative real part", family, fmpq(0), fmpq(0), most, budget)
+    return _prove_region("every pole has a negative real part", family, fmpq(0), fmpq(0), most, budget, thorough)
 
 
 def prove_damping(
-    family: Family | RoundedFamily, zeta: object, *, most: int = MOST_PIECES, budget: float = BUDGET
+    family: Family | RoundedFamily,
+    zeta: object,
+    *,
+    most: int = MOST_PIECES,
+    budget: float = BUDGET,
+    thorough: bool = False,
 ) -> Proof:
     """Every root s of every member has -Re s > ζ|s|; 0 <= ζ < 1."""
     z = rational(zeta)
     if not 0 <= z < 1:
         raise ValueError(f"a damping ratio to prove must lie in 0 … 1; got {float(z):g}. Ask for less than 1.")
-    return _prove_region(f"every pole is damped by more than {float(z):g}", family, z, fmpq(0), most, budget)
+    return _prove_region(f"every pole is damped by more than {float(z):g}", family, z, fmpq(0), most, budget, thorough)
 
 
 def prove_decay(
-    family: Family | RoundedFamily, sigma: object, *, most: int = MOST_PIECES, budget: float = BUDGET
+    family: Family | RoundedFamily,
+    sigma: object,
+    *,
+    most: int = MOST_PIECES,
+    budget: float = BUDGET,
+    thorough: bool = False,
 ) -> Proof:
     """Every root of every member has a real part below -σ [1/s]."""
     rate = rational(sigma)
     claim = f"every pole decays faster than {float(rate):g} per second"
-    return _prove_region(claim, family, fmpq(0), rate, most, budget)
+    return _prove_region(claim, family, fmpq(0), rate, most, budget, thorough)
 
 
 def prove_peak_sensitivity(
@@ -70,6 +82,7 @@ def prove_peak_sensitivity(
     stable: Proof | None = None,
     most: int = MOST_PIECES,
     budget: float = BUDGET,
+    thorough: bool = False,
 ) -> Proof:
     """Every member is stable and its largest singular value of S stays below γ > 1 at every frequency.
 
@@ -85,7 +98,8 @@ def prove_peak_sensitivity(
             claim=claim, proved=False, undecided=1.0, pieces=stable.pieces, seconds=perf_counter() - begin,
             detail=f"stability comes first: {stable.detail}", left=stable.left, counterexample=stable.counterexample,
         )  # fmt: skip
-    found = search((excess_form(family, g),), box_sensitivity.positive, most=most, deadline=begin + budget)
+    judge = box_sensitivity.positive_or_open if thorough else box_sensitivity.positive
+    found = search((excess_form(family, g),), judge, most=most, deadline=begin + budget)
     cut = _shares(found, family.box)
     open_share = float(sum(map(volume, cut.open)))
     counterexample = None
@@ -187,7 +201,7 @@ def _worst(
 
 
 def _prove_region(
-    claim: str, family: Family | RoundedFamily, zeta: fmpq, sigma: fmpq, most: int, budget: float
+    claim: str, family: Family | RoundedFamily, zeta: fmpq, sigma: fmpq, most: int, budget: float, thorough: bool
 ) -> Proof:
     begin = perf_counter()
     box = family.box
@@ -210,7 +224,7 @@ def _prove_region(
     rounded = isinstance(family, RoundedFamily)
     forms = rounded_forms(family, zeta, sigma) if rounded else exclusion.ray_forms(family, zeta, sigma)
     judge = direction_with_rounding if rounded else exclusion.direction_of
-    found = search(forms, judge, most=most, deadline=begin + budget, doubt=doubt)
+    found = search(forms, judge, most=most, deadline=begin + budget, doubt=None if thorough else doubt)
     cut = _shares(found, box)
     # Free cells may lie beyond a crossing: each needs a member of its own that keeps the claim.
     free = Fraction(0)

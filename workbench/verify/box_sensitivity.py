@@ -102,6 +102,11 @@ def positive(forms: tuple[Form, ...]) -> Mark | None:
     return None
 
 
+def positive_or_open(forms: tuple[Form, ...]) -> Mark | None:
+    """An empty mark if F > 0 on the piece; a piece where it is negative stays open without ending the search."""
+    return [] if forms[0].positive() else None
+
+
 def confirmed(forms: tuple[Form, ...], mark: object) -> bool:
     """Whether F > 0 on a piece marked so."""
     return mark == [] and forms[0].positive()

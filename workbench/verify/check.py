@@ -22,8 +22,8 @@ from workbench.verify.loop import left_out
 from workbench.verify.physics import differences
 from workbench.verify.prover import NO_CERTIFICATE, STURM, Prover
 from workbench.verify.reading import digest_of, read_document
-from workbench.verify.table import Promise, Table, table_of
-from workbench.verify.uncertain import POSITIVITY, ZERO_EXCLUSION, interval_holds, worst_over_box
+from workbench.verify.table import Promise, Table, Undecided, table_of
+from workbench.verify.uncertain import interval_holds, method_of, worst_over_box
 
 AGREES = 10**6  # one part in so many: a claim in floating point is right to about one in 1e9
 FLOATING = "floating point"
@@ -58,6 +58,7 @@ class Report:
 
     faults : one sentence for each thing that does not hold
     plant_follows : whether the printed plant is that of the vehicle beside it; None if no vehicle stands there
+    undecided : what the table itself says it does not promise over a box; nothing is proved of that
     coupling : largest part of the plant that the groups leave out, relative (rounding of a symmetric vehicle)
     """
 
@@ -68,6 +69,7 @@ class Report:
     coupling: float
     findings: tuple[Finding, ...]
     faults: tuple[str, ...]
+    undecided: tuple[Undecided, ...] = ()
 
     @property
     def proved(self) -> bool:
@@ -107,7 +109,16 @@ def verify_document(document: Mapping[str, Any], on_promise: Callable[[Finding],
         coupling = max((float(left_out(table, group)) for group in groups), default=0.0)
     except NotProved:
         coupling = math.nan
-    return Report(table.problem, digest, digest == table.digest, follows, coupling, tuple(findings), tuple(faults))
+    return Report(
+        table.problem,
+        digest,
+        digest == table.digest,
+        follows,
+        coupling,
+        tuple(findings),
+        tuple(faults),
+        table.undecided,
+    )
 
 
 def outward(low: fmpq, high: fmpq) -> tuple[float, float]:
@@ -188,9 +199,10 @@ def _proved(prover: Prover, promise: Promise) -> tuple[fmpq, fmpq, str]:
 def _proved_over_box(prover: Prover, promise: Promise) -> tuple[fmpq, fmpq, str]:
     """The claimed interval where it proves true, our own where it does not."""
     loops = prover.uncertain(promise.name, promise.box)
-    if interval_holds(loops, promise.name, promise.low, promise.high):
-        return promise.low, promise.high, POSITIVITY if promise.name.startswith("peak") else ZERO_EXCLUSION
-    return worst_over_box(loops, promise.name)
+    if interval_holds(loops, promise.name, promise.low, promise.high, promise.at):
+        return promise.low, promise.high, method_of(promise.name)
+    worst = worst_over_box(loops, promise.name)
+    return worst.low, worst.high, worst.method
 
 
 def _fault(promise: Promise, low: fmpq, high: fmpq) -> str:

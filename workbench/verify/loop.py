@@ -1,6 +1,6 @@
 """The closed loop of each group of motion in exact rationals, at the printed plant and at plants varied by factors.
 
-    plant as printed --factors on mass, inertias, forces--> plant --hold other coordinates, currents along patterns-->
+    plant as printed, or of the vehicle beside it with factors --hold other coordinates, currents along patterns-->
       group's plant --law--> closed loop: inputs as of the plant, `error_<sensor>`, `pattern_k`; outputs, `pattern_k`
 
 Patterns are ±1 and 0, not of unit length, so that all stays rational. With d_k their squared lengths, a sensitivity M
@@ -10,8 +10,8 @@ What a group leaves out is its coupling with the rest (rounding of a vehicle tha
 1e-9 of the largest entry is refused, and the part left out is reported.
 
 Factors of a box, 1 = as printed: "mass"; "inertia" (all three at once) and "roll_inertia", "pitch_inertia",
-"yaw_inertia"; "current_force" on every force per current; "gap_force" on every force per displacement, of the vehicle
-or of the guideway. Sensors that feel an acceleration feel the varied one; what an accelerometer feels of gravity stays.
+"yaw_inertia"; "current_force" on what a current does; "gap_force" on what gap changes and roll of a set do. The pose
+and the forces at rest stay, as in `workbench.vehicle.varied`; these plants are rebuilt from the vehicle's numbers.
 """
 
 from collections.abc import Mapping, Sequence
@@ -25,7 +25,6 @@ from workbench.verify.system import System, identity, matrix, part, stacked, zer
 from workbench.verify.table import Table
 
 COORDINATES = ("Z", "Theta", "Y", "Phi", "Psi")
-LOADS = ("force_z", "moment_pitch", "force_y", "moment_roll", "moment_yaw")
 PARAMETERS = ("mass", "inertia", "current_force", "gap_force")
 FACTORS = (*PARAMETERS, "roll_inertia", "pitch_inertia", "yaw_inertia")
 INERTIA_OF = {"Z": "mass", "Theta": "pitch_inertia", "Y": "mass", "Phi": "roll_inertia", "Psi": "yaw_inertia"}
@@ -72,7 +71,7 @@ def sensitivity(table: Table, group: str, theta: Theta = ()) -> tuple[fmpq_mat, 
 
 
 def closed_loop(table: Table, group: str, theta: Theta = ()) -> Loop:
-    """The closed loop of "heave_pitch", "sway_roll_yaw", "heave" (pitch held) or "all" at factors theta.
+    """The closed loop of "heave_pitch", "sway_roll_yaw", "heave" (pitch held) or "all", as printed or at factors theta.
 
     Raises
     ------
@@ -81,7 +80,7 @@ def closed_loop(table: Table, group: str, theta: Theta = ()) -> Loop:
     """
     if group not in GROUPS:
         raise TableError(f"a group must be one of {', '.join(GROUPS)}; got {group[:60]!r}. Name one of them.")
-    plant = varied(table.plant, table.law.currents, table.law.commands, factors(theta))
+    plant = varied(table, factors(theta)) if theta else table.plant
     law = table.law
     if group != "all" and coupling(plant) > COUPLING_ALLOWED:
         raise NotProved(f"heave and pitch are coupled with sway, roll and yaw ({float(coupling(plant)):.2g})")
@@ -107,44 +106,14 @@ def factors(theta: Theta) -> dict[str, fmpq]:
     return out
 
 
-def varied(plant: System, currents: Sequence[str], commands: Sequence[str], factor: Mapping[str, fmpq]) -> System:
-    """The plant with factors on its inertias and forces; the printed one, entry for entry, where all are 1."""
-    if all(value == 1 for value in factor.values()):
-        return plant
+def varied(table: Table, factor: Mapping[str, fmpq]) -> System:
+    """The plant of the vehicle in the certificate with factors on its inertias and forces."""
     if min(factor[name] for name in ("mass", *(k for k in factor if k.endswith("inertia")))) <= 0:
         raise NotProved("a box must keep mass and inertias positive")
-    rates = plant.index("states", [f"{c}_rate" for c in COORDINATES])
-    loads = plant.index("inputs", LOADS)
-    by_state = [_force_factor(name, currents, factor) for name in plant.states]
-    by_input = [_force_factor(name, commands, factor) for name in plant.inputs]
-    A, B = plant.A.tolist(), plant.B.tolist()
-    for row, coordinate in zip(rates, COORDINATES, strict=True):
-        share = 1 / factor[INERTIA_OF[coordinate]]
-        A[row] = [share * k * a for k, a in zip(by_state, A[row], strict=True)]
-        B[row] = [share * k * b for k, b in zip(by_input, B[row], strict=True)]
-    # outputs feel accelerations: by how much follows from the unit loads, whose own accelerations are 1/inertia
-    felt = part(plant.D, range(len(plant.outputs)), loads)
-    pushed = part(plant.B, rates, loads)
-    if pushed.det() == 0:
-        raise NotProved("the plant's unit loads do not accelerate every coordinate")
-    by_acceleration = felt * pushed.inv()
-    A, B = matrix(A), matrix(B)
-    columns = range(len(plant.states)), range(len(plant.inputs))
-    change_A = part(A, rates, columns[0]) - part(plant.A, rates, columns[0])
-    change_B = part(B, rates, columns[1]) - part(plant.B, rates, columns[1])
-    return System(
-        A, B, plant.C + by_acceleration * change_A, plant.D + by_acceleration * change_B,
-        plant.states, plant.inputs, plant.outputs,
-    )  # fmt: skip
-
-
-def _force_factor(name: str, driven: Sequence[str], factor: Mapping[str, fmpq]) -> fmpq:
-    """Factor on the forces that one state or input exerts."""
-    if name in driven:
-        return factor["current_force"]
-    if name in COORDINATES or name.rpartition("_")[0] in ("zeta", "eta", "bank"):
-        return factor["gap_force"]
-    return fmpq(1)
+    physics = table.certificate.physics if table.certificate else None
+    if physics is None:
+        raise NotProved("a box of factors needs the vehicle behind the plant, and the certificate holds none")
+    return physics.varied(factor).plant()
 
 
 def coupling(plant: System) -> fmpq:

@@ -8,8 +8,8 @@ Forces of the sets hold their directions in the guideway, so the moments of thos
 δ(R'F) = δF − (Φ, Θ, Ψ) × F. So a plant that is not that of the vehicle named beside it is noticed from the file alone.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 from flint import fmpq, fmpq_mat
@@ -84,6 +84,19 @@ class Physics:
             coil_length=one("coil_length_m"), thrust=one("thrust_n"),
             damping=(one("lift_damping_n_s_m"), one("lateral_damping_n_s_m")), section=p["bank_reading"] == "section",
         )  # fmt: skip
+
+    def varied(self, factor: Mapping[str, fmpq]) -> "Physics":
+        """The vehicle with factors on mass and inertias, on what a current does, and on what gaps and roll do.
+
+        factor : of every name in `loop.FACTORS` but "inertia"; the pose, and the forces at rest, stay
+        """
+        inertia = ("mass", "pitch_inertia", "mass", "roll_inertia", "yaw_inertia")
+        by_column = (fmpq(1), *[factor["gap_force"]] * 3, factor["current_force"])
+        return replace(
+            self,
+            inertia=tuple(factor[name] * value for name, value in zip(inertia, self.inertia, strict=True)),
+            forces=matrix([[k * f for k, f in zip(by_column, row, strict=True)] for row in self.forces.tolist()]),
+        )
 
     def plant(self) -> System:
         """The plant that follows, with the workbench's names of signals."""

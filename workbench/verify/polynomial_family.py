@@ -135,7 +135,9 @@ def interpolate(sample: Sampler, box: Box, degrees: Sequence[int], *, reduced: b
         )
     grid = product(*([fmpq(k, d) if d else fmpq(1, 2) for k in range(d + 1)] for d in degrees))
     values = [tuple(sample(box.point(shares))) for shares in grid]
-    elsewhere = box.point([fmpq(2 * k + 3, 4 * k + 7) for k in range(len(degrees))])
+    # n/(2n + 1) with n beyond every degree: its denominator divides no degree, so that it is on no axis' grid
+    beyond = [max(degrees, default=0) + 1 + k for k in range(len(degrees))]
+    elsewhere = box.point([fmpq(n, 2 * n + 1) for n in beyond])
     expected = tuple(sample(elsewhere))
     families = _through(values, box, tuple(degrees), reduced)
     if tuple(family.at(elsewhere) for family in families) != expected:

@@ -89,11 +89,8 @@ class Prover:
         box = tuple(sorted(intervals.items()))
         for group in groups:
             if (group, box) not in self._boxes:
-                self._boxes[group, box] = (
-                    ScheduledLoop(self.table, group, intervals[SPEED])
-                    if set(intervals) == {SPEED}
-                    else UncertainLoop(self.table, group, intervals)
-                )
+                loop = ScheduledLoop if SPEED in intervals else UncertainLoop
+                self._boxes[group, box] = loop(self.table, group, intervals)
         return [self._boxes[group, box] for group in groups]
 
     @property

@@ -70,7 +70,7 @@ class Certificate:
 
 @dataclass(frozen=True, slots=True)
 class Promise:
-    """One promise as it stands in the table."""
+    """One promise as it stands in the table; `at`: the member of the box that is said to attain its end."""
 
     name: str
     sense: str
@@ -79,6 +79,18 @@ class Promise:
     high: fmpq
     method: str
     box: Mapping[str, tuple[fmpq, fmpq]]
+    at: Mapping[str, fmpq]
+
+
+@dataclass(frozen=True, slots=True)
+class Undecided:
+    """What a table says it does not promise over a box: a limit, the share of the box it stays open on, and why."""
+
+    name: str
+    sense: str
+    limit: fmpq
+    share: fmpq
+    reason: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,6 +107,7 @@ class Table:
     requirements: tuple[tuple[str, str, fmpq], ...]  # name, sense, limit
     certificate: Certificate | None
     schedule: Mapping[str, Any] | None
+    undecided: tuple[Undecided, ...]
 
 
 def table_of(document: Mapping[str, Any]) -> Table:
@@ -126,6 +139,10 @@ def table_of(document: Mapping[str, Any]) -> Table:
         ),
         certificate=optional(document.get("certificate"), _certificate),
         schedule=optional(document.get("schedule"), lambda s: mapping(s, "schedule")),
+        undecided=tuple(
+            _undecided(u, f"undecided.{i}")
+            for i, u in enumerate(entries_of(document.get("undecided", []), "undecided", MOST_PROMISES))
+        ),
     )  # fmt: skip
 
 
@@ -179,12 +196,15 @@ def _promise(value: Any, place: str) -> Promise:
     for name, interval in mapping(p.get("box"), f"{place}.box").items():
         low, high = (as_printed(x, f"{place}.box") for x in entries_of(interval, f"{place}.box", 2, 2))
         box[name] = (low, high)
+    given = p.get("at")
+    at = {} if given is None else mapping(given, f"{place}.at")
     for low, high in ((ends[0], ends[1]), *box.values()):
         if low > high:
             raise TableError(f"{place} must hold intervals from low to high; one is not. Get the table again.")
     return Promise(
         text_of(p.get("name"), f"{place}.name"), p["sense"], number(p.get("limit"), f"{place}.limit"), ends[0], ends[1],
         text_of(p.get("method"), f"{place}.method"), box,
+        {name: as_printed(value, f"{place}.at") for name, value in at.items()},
     )  # fmt: skip
 
 
@@ -195,6 +215,15 @@ def _requirement(value: Any, place: str) -> tuple[str, str, fmpq]:
         text_of(r.get("sense"), f"{place}.sense"),
         number(r.get("limit"), f"{place}.limit"),
     )
+
+
+def _undecided(value: Any, place: str) -> Undecided:
+    u = mapping(value, place)
+    return Undecided(
+        text_of(u.get("name"), f"{place}.name"), text_of(u.get("sense"), f"{place}.sense"),
+        number(u.get("limit"), f"{place}.limit"), number(u.get("share"), f"{place}.share"),
+        text_of(u.get("reason"), f"{place}.reason"),
+    )  # fmt: skip
 
 
 def _certificate(value: Any) -> Certificate:

@@ -9,6 +9,7 @@ displacement as often as there are coordinates. A point off the grid checks it.
 """
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol, TypeVar
 
@@ -37,6 +38,7 @@ ZERO_EXCLUSION = "ball arithmetic: zero exclusion over the box, exact families"
 POSITIVITY = "ball arithmetic: positivity over the box, exact families"
 BUDGET = 60.0  # s, of one promise
 TOLERANCE = 2e-3  # relative, of the enclosures a table promises
+PIECES_OF_A_SHARE = {True: 50, False: 150}  # of a peak sensitivity, of a region of poles: a second or two
 
 
 class UncertainFamily(Protocol):
@@ -55,8 +57,8 @@ class UncertainFamily(Protocol):
     def corners(self) -> list[Point]: ...  # members at which a worst value may be attained
 
 
-class UncertainLoop:
-    """One group's closed loop over a box of factors."""
+class Factors:
+    """The factors of a box that reach one group: their intervals, and how often each enters its polynomials."""
 
     def __init__(self, table: Table, group: str, intervals: Mapping[str, tuple[fmpq, fmpq]]) -> None:
         unknown = [name for name in intervals if name not in FACTORS]
@@ -65,52 +67,73 @@ class UncertainLoop:
         coordinates = GROUPS[group].coordinates
         inertias = {INERTIA_OF[c] for c in coordinates}
         # a factor that cannot reach this group, such as the pitch inertia of sway, roll and yaw, drops out
-        used = [name for name in intervals if not name.endswith("_inertia") or name in inertias]
-        sides = [tuple(intervals[name][k] for name in used) for k in range(2)]
-        self.box = _refused(lambda: Box(tuple(used), *sides))
-        self._table, self._group, self._names = table, group, tuple(used)
-        nominal = closed_loop(table, group)
-        self._size, self._lengths = nominal.A.nrows(), nominal.lengths
+        self.names = tuple(name for name in intervals if not name.endswith("_inertia") or name in inertias)
+        self.divide = tuple(name for name in self.names if name == "mass" or name.endswith("inertia"))
+        lower, upper = (tuple(intervals[name][k] for name in self.names) for k in range(2))
+        self.box = refused(lambda: Box(self.names, lower, upper))
+        if any(low <= 0 for name, low in zip(self.names, lower, strict=True) if name in self.divide):
+            raise NotProved("a box must keep mass and inertias positive")
         self._degree = {
             **dict.fromkeys(("mass", "roll_inertia", "pitch_inertia", "yaw_inertia"), 1),
             "inertia": len(inertias - {"mass"}),
-            "current_force": min(len(nominal.patterns), len(coordinates)),
+            "current_force": min(len(table.law.patterns(group)[1]), len(coordinates)),
             "gap_force": len(coordinates),
         }
-        self._divides = tuple(name for name in used if name == "mass" or name.endswith("inertia"))
+
+    @property
+    def degrees(self) -> list[int]:
+        """Bounds of each factor's power in the polynomials."""
+        return [self._degree[name] for name in self.names]
+
+    def named(self, theta: Point) -> dict[str, fmpq]:
+        """The factors of a point by name."""
+        return dict(zip(self.names, theta, strict=True))
+
+    def multiplier(self, theta: Point) -> fmpq:
+        """What makes a polynomial of what divides."""
+        out = fmpq(1)
+        for name, value in self.named(theta).items():
+            if name in self.divide:
+                out *= value ** self._degree[name]
+        return out
+
+
+class UncertainLoop:
+    """One group's closed loop over a box of factors."""
+
+    def __init__(self, table: Table, group: str, intervals: Mapping[str, tuple[fmpq, fmpq]]) -> None:
+        self._factors = Factors(table, group, intervals)
+        self.box = self._factors.box
+        self._table, self._group = table, group
+        nominal = closed_loop(table, group)
+        self._size, self._lengths = nominal.A.nrows(), nominal.lengths
         try:
-            self._bordered = multiaffine(self._exact, self.box, self._divides)
+            self._bordered = multiaffine(self._exact, self.box, self._factors.divide)
         except ValueError:  # without current-loop lag the direct gain closes through the factors
             self._bordered = self._exact
 
     @cached_property
     def poles(self) -> Family:
         """The characteristic polynomial, times what divides."""
-
-        def state_matrix(theta: Point) -> fmpq_mat:
-            return self._parts(theta)[0]
-
-        return _refused(lambda: interpolate(characteristic(state_matrix, self._multiplier), self.box, self._degrees)[0])
+        f = self._factors
+        return refused(
+            lambda: interpolate(characteristic(lambda t: self._parts(t)[0], f.multiplier), self.box, f.degrees)[0]
+        )
 
     @cached_property
     def sensitivity(self) -> SensitivityFamily:
         """The sensitivity at the patterns; two of them at most."""
-        return _refused(
-            lambda: sensitivity_family(self._parts, self.box, self._degrees, self._multiplier, self._lengths)
-        )
+        f = self._factors
+        return refused(lambda: sensitivity_family(self._parts, self.box, f.degrees, f.multiplier, self._lengths))
 
     @property
     def corners(self) -> list[Point]:
         """The centre and the corners of the box."""
         return [self.box.centre, *self.box.vertices()]
 
-    @property
-    def _degrees(self) -> list[int]:
-        return [self._degree[name] for name in self._names]
-
     def _exact(self, theta: Point) -> fmpq_mat:
         """[[A, B], [C, 0]] of the sensitivity at a point."""
-        seen = closed_loop(self._table, self._group, dict(zip(self._names, theta, strict=True))).sensitivity
+        seen = closed_loop(self._table, self._group, self._factors.named(theta)).sensitivity
         k = len(self._lengths)
         rows = [a + b for a, b in zip(seen.A.tolist(), seen.B.tolist(), strict=True)]
         return fmpq_mat(rows + [row + [fmpq(0)] * k for row in seen.C.tolist()])
@@ -120,57 +143,101 @@ class UncertainLoop:
         A, B, C = [r[:n] for r in rows[:n]], [r[n:] for r in rows[:n]], [r[:n] for r in rows[n:]]
         return fmpq_mat(A), fmpq_mat(B), fmpq_mat(C)
 
-    def _multiplier(self, theta: Point) -> fmpq:
-        out = fmpq(1)
-        for name, value in zip(self._names, theta, strict=True):
-            if name in self._divides:
-                out *= value ** self._degree[name]
-        return out
+
+@dataclass(frozen=True, slots=True)
+class Worst:
+    """The worst value of a quantity over a box lies in [low, high]; `at`: names to the member that attains one end."""
+
+    low: fmpq
+    high: fmpq
+    at: Mapping[str, fmpq]
+    method: str
 
 
-def worst_over_box(loops: Sequence[UncertainFamily], name: str) -> tuple[fmpq, fmpq, str]:
+def worst_over_box(loops: Sequence[UncertainFamily], name: str) -> Worst:
     """The worst value of a quantity over a box: one end proved for every member, the other attained by one.
 
     loops : of all groups for "damping ratio" and "decay rate", of the one group for "peak sensitivity, <group>"
+
+    Raises NotProved, with the worst member met, where no bound holds over the whole box.
     """
-    found: list[Enclosure] = []
+    found: list[tuple[fmpq, fmpq, UncertainFamily, Enclosure]] = []
     for loop in loops:
         if _is_peak(name):
-            one = _refused(lambda loop=loop: smallest_peak(loop.sensitivity, tolerance=TOLERANCE, budget=BUDGET))
+            one = refused(lambda loop=loop: smallest_peak(loop.sensitivity, tolerance=TOLERANCE, budget=BUDGET))
         else:
             one = _largest(name)(loop.poles, tolerance=TOLERANCE, budget=BUDGET)
         if one.proof is None:
             at = ", ".join(f"{k} {float(v):.4g}" for k, v in zip(loop.box.names, one.at, strict=True))
-            attained = one.low if _is_peak(name) else one.high
-            raise NotProved(f"no bound holds over the whole box; the member at {at} attains {attained:.4g}")
-        found.append(one)
-    both = [(fmpq(*e.low.as_integer_ratio()), fmpq(*e.high.as_integer_ratio())) for e in found]
-    if _is_peak(name):
-        return *max(both, key=lambda e: e[1]), POSITIVITY
-    return min(e[0] for e in both), min(e[1] for e in both), ZERO_EXCLUSION
+            reached = one.low if _is_peak(name) else one.high
+            raise NotProved(f"no bound holds over the whole box; the member at {at} attains {reached:.4g}")
+        found.append((fmpq(*one.low.as_integer_ratio()), fmpq(*one.high.as_integer_ratio()), loop, one))
+    worst = max(found, key=lambda f: f[1]) if _is_peak(name) else min(found, key=lambda f: f[1])
+    low, high = (worst[0], worst[1]) if _is_peak(name) else (min(f[0] for f in found), worst[1])
+    return Worst(low, high, dict(zip(worst[2].box.names, worst[3].at, strict=True)), method_of(name))
 
 
-def interval_holds(loops: Sequence[UncertainFamily], name: str, low: fmpq, high: fmpq) -> bool:
-    """Whether the worst value is proved to lie in an interval: its bound for all members, its other end attained."""
+def interval_holds(
+    loops: Sequence[UncertainFamily], name: str, low: fmpq, high: fmpq, at: Mapping[str, fmpq] | None = None
+) -> bool:
+    """Whether the worst value is proved to lie in an interval: its bound for all members, its other end attained.
+
+    at : the member said to attain it; centre and corners are looked at if left out
+    """
+    reached = attained(loops, name, at)
+    if reached is None or not (reached >= low if _is_peak(name) else reached <= high):
+        return False
     bound = high if _is_peak(name) else low
     for loop in loops:
         if _is_peak(name):
-            proof = _refused(lambda loop=loop: prove_peak_sensitivity(loop.sensitivity, bound, budget=BUDGET))
+            proof = refused(lambda loop=loop: prove_peak_sensitivity(loop.sensitivity, bound, budget=BUDGET))
         else:
             prove = prove_damping if _largest(name) is largest_damping else prove_decay
-            proof = _refused(lambda loop=loop, prove=prove: prove(loop.poles, bound, budget=BUDGET))
+            proof = refused(lambda loop=loop, prove=prove: prove(loop.poles, bound, budget=BUDGET))
         if not proof.proved:
             return False
-    reached = attained(loops, name)
-    return reached >= low if _is_peak(name) else reached <= high
+    return True
 
 
-def attained(loops: Sequence[UncertainFamily], name: str) -> fmpq:
-    """The worst value among the members at the centre and the corners: as far as this, it is certainly reached."""
+def attained(loops: Sequence[UncertainFamily], name: str, at: Mapping[str, fmpq] | None = None) -> fmpq | None:
+    """The worst value of a member, of those at the centre and the corners if none is named: as far is surely reached.
+
+    None where the member named does not lie in the box.
+    """
+    members: list[tuple[UncertainFamily, Point]] = []
+    for loop in loops:
+        if not at:
+            members += [(loop, v) for v in loop.corners]
+            continue
+        box = loop.box
+        place = tuple(at.get(k, middle) for k, middle in zip(box.names, box.centre, strict=True))
+        if not all(lo <= v <= hi for lo, v, hi in zip(box.lower, place, box.upper, strict=True)):
+            return None
+        members.append((loop, place))
     if _is_peak(name):
-        return max(ends(peak_at(loop.sensitivity, v)[0])[0] for loop in loops for v in loop.corners)
+        return max(ends(peak_at(loop.sensitivity, v)[0])[0] for loop, v in members)
     measure = damping if _largest(name) is largest_damping else decay
-    return min(ends(measure(loop.poles.at(v)))[1] for loop in loops for v in loop.corners)
+    return min(ends(measure(loop.poles.at(v)))[1] for loop, v in members)
+
+
+def open_share(loops: Sequence[UncertainFamily], name: str, limit: fmpq) -> float:
+    """Share of the box on which a limit is not proved, never too small; of several groups, their sum."""
+    total = 0.0
+    for loop in loops:
+        options = {"most": PIECES_OF_A_SHARE[_is_peak(name)], "budget": BUDGET, "thorough": True}
+        if _is_peak(name):
+            total += refused(
+                lambda loop=loop, o=options: prove_peak_sensitivity(loop.sensitivity, limit, **o)
+            ).undecided
+        else:
+            prove = prove_damping if _largest(name) is largest_damping else prove_decay
+            total += refused(lambda loop=loop, prove=prove, o=options: prove(loop.poles, limit, **o)).undecided
+    return min(total, 1.0)
+
+
+def method_of(name: str) -> str:
+    """How a quantity is enclosed over a box."""
+    return POSITIVITY if _is_peak(name) else ZERO_EXCLUSION
 
 
 def _is_peak(name: str) -> bool:
@@ -184,7 +251,7 @@ def _largest(name: str) -> Callable[..., Enclosure]:
     return known[name]
 
 
-def _refused(make: Callable[[], T]) -> T:
+def refused(make: Callable[[], T]) -> T:
     """What the makers of families refuse is not proved."""
     try:
         return make()
