@@ -11,7 +11,7 @@ from loop_of_1975 import heave_pitch, sway_roll_yaw
 from scipy.linalg import block_diag, solve_continuous_lyapunov
 
 from workbench.analysis.margin import sensitivity
-from workbench.analysis.norm import frequency_response, h2_norm, intervals_above, peak_gain
+from workbench.analysis.norm import frequency_response, h2_norm, intervals_above, peak_gain, proposals
 from workbench.errors import InputError
 
 EPS = 2.2e-16
@@ -62,6 +62,32 @@ def test_of_two_needles_between_grid_points_the_higher_is_found():
     assert peak.lower <= 1.001 * peak_of_oscillator(1e-6) <= peak.upper
     grid = frequency_response(A, B, C, None, np.geomspace(0.5, 2, 4001))
     assert np.linalg.svd(grid, compute_uv=False).max() < 0.1 * peak.value
+
+
+def test_of_two_nearly_equal_resonances_and_two_outputs_of_different_size_the_higher_peak_is_found():
+    # two modes at 22.15 and 22.27 rad/s, outputs a hundred times apart, feedthrough: the peak lies above both modes.
+    # SLICOT's AB13DD (ctrlsys 1.1.1, tolerance 1e-9) ends at a lower crest and calls it the norm
+    A = block_diag([[0, 1], [-495.9529, -3.91952]], [[0, 1], [-490.6225, -5.0502]])
+    B = np.array([[0.0], [0.6], [0.0], [-3.8]])
+    C, D = np.array([[-2.0, -1, -15, 12], [-110.0, -220, 180, 110]]), np.array([[-10.0], [60.0]])
+    peak = peak_gain(A, B, C, D)
+    omega = np.linspace(20, 30, 200_001)
+    sizes = np.linalg.norm(frequency_response(A, B, C, D, omega)[:, :, 0], axis=1)
+    # the grid's nearest point to a smooth crest of width 1 is 2.5e-5 off: 1e-9 of height
+    assert sizes.max() == pytest.approx(peak.value, rel=1e-8)
+    assert peak.frequency == pytest.approx(omega[np.argmax(sizes)], abs=1e-3)
+    ctrlsys = pytest.importorskip("ctrlsys")
+    order = (np.asfortranarray(M) for M in (A, np.eye(4), B, C, D))
+    theirs = ctrlsys.ab13dd("C", "I", "S", "D", 4, 1, 2, np.array([0.0, 1.0]), *order, 1e-9)[0]
+    assert np.ravel(theirs)[0] < 0.99 * peak.value
+
+
+def test_proposed_frequencies_hit_every_interval_above_a_level():
+    system = random_system(3)
+    level = 0.7 * peak_gain(*system).value
+    proposed = proposals(*system, level)
+    for low, high in intervals_above(*system, level):
+        assert np.any((proposed >= low) & (proposed <= high))
 
 
 def test_a_low_pass_peaks_at_rest_and_a_high_pass_at_infinity():

@@ -1,6 +1,7 @@
 """The nonsmooth solver on functions whose minima are known."""
 
 import math
+from typing import cast
 
 import numpy as np
 import pytest
@@ -51,7 +52,8 @@ def abscissa(A, B, C):
     from scipy.linalg import eig
 
     def function(x):
-        values, left, right = eig(A + (B * x) @ C, left=True, right=True)
+        solution = eig(A + (B * x) @ C, left=True, right=True)
+        values, left, right = cast(tuple[np.ndarray, np.ndarray, np.ndarray], solution)
         pieces = []
         for k in range(len(values)):
             scale = left[:, k].conj() @ right[:, k]
@@ -134,6 +136,28 @@ def test_scaling_the_variables_gives_the_same_minimum():
     found = minimise(scaled, size, scale=size, tolerance=1e-9)
     # the same iterates as unscaled, up to rounding of the division
     assert found.value == pytest.approx(minimise(function, np.ones(4), tolerance=1e-9).value, abs=1e-8)
+
+
+def test_a_metric_of_the_right_shape_makes_a_narrow_valley_round():
+    # |Lx|² + |first entry of Lx|, condition 1e10: with the metric (L'L)⁻¹ it is a function of y = Lx alone
+    rng = np.random.default_rng(0)
+    L = (
+        np.linalg.qr(rng.normal(size=(6, 6)))[0]
+        @ np.diag(np.geomspace(1, 1e-5, 6))
+        @ np.linalg.qr(rng.normal(size=(6, 6)))[0]
+    )
+
+    def function(x):
+        y = L @ x
+        return [(y @ y + sign * y[0], L.T @ (2 * y + sign * np.eye(6)[0])) for sign in (1, -1)]
+
+    start = np.linalg.solve(L, np.ones(6))
+    with_it = minimise(function, start, metric=np.linalg.inv(L), tolerance=1e-9, evaluations=60)
+    without = minimise(function, start, tolerance=1e-9, evaluations=60)
+    assert with_it.value < 1e-6
+    assert without.value > 100 * max(with_it.value, 1e-8)
+    with pytest.raises(InputError, match="metric must be a finite, nonzero matrix"):
+        minimise(function, start, metric=np.eye(2))
 
 
 def test_same_seed_gives_the_same_point_and_the_caller_can_stop_it():

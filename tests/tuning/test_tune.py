@@ -134,6 +134,31 @@ def test_a_stabilising_start_has_the_margin_asked_for():
         stabilise([loop], structure, margin=50.0, starts=2, budget_seconds=2)  # kd >= −20 leaves a decay of 10
 
 
+@pytest.mark.parametrize(("min_decay", "wanted"), [(None, 1e-7 * 50), (1e-3, 1e-3)])
+def test_an_integrator_the_goal_does_not_want_keeps_the_least_decay(min_decay, wanted):
+    # 1/(s (s + 1)) tracks without Ki, and the sensitivity's peak falls as Ki goes to its bound 0, where the closed loop
+    # has a pole at 0; the fastest pole of the start is that of the derivative's filter, 1/Tf = 50
+    plant = Plant(
+        A=[[0, 1], [0, -1]], B=[[0], [1]], C=[[1, 0]], D=[[0]], states=("x", "v"), inputs=("u",), outputs=("y",)
+    )
+    block = pid("r - y", "u", Kp=1.0, Ki=0.1, Kd=0.5, Tf=0.02)
+    structure = Structure(block, references="r").freeze("Tf", 0.02)
+    structure = structure.with_bounds("Ki", 0.0, 10.0).with_bounds("Kp", 0.1, 100.0).with_bounds("Kd", 0.0, 100.0)
+    model, goals = Model("servo", plant), [Sensitivity(points=("u",), limit=1.3)]
+    found = tune(model, structure, goals, starts=2, budget_seconds=10, min_decay=min_decay)
+    assert found.abscissa < -0.95 * wanted  # the start's fastest pole is 50 up to the loop's own change
+    assert found.abscissa > -100 * wanted  # the goal pulls the pole there: without the margin it would be at 0
+    free = tune(model, structure, goals, starts=2, budget_seconds=10, min_decay=0.0)
+    assert free.abscissa > -1e-9
+    # the goal loses nothing that counts: 1e-3 1/s beside a bandwidth of 0.1 rad/s
+    assert found.soft == pytest.approx(free.soft, rel=1e-3)
+
+
+def test_a_least_decay_is_not_negative():
+    with pytest.raises(InputError, match="min_decay must be zero or more"):
+        tune(lag(), proportional(), [Gain(inputs=("w",), outputs=("y",))], min_decay=-1.0)
+
+
 def test_the_same_seed_gives_the_same_tuning_and_progress_can_end_it():
     goals = [Gain(name="effect", inputs=("f",), outputs=("pos",)), Poles(frequency=3.0, damping=0.5, hard=True)]
     first, second = (tune(mass(), state_feedback(), goals, starts=2, seed=5, budget_seconds=30) for _ in range(2))

@@ -29,7 +29,9 @@ from workbench.analysis.variance import stationary
 from workbench.errors import InputError
 from workbench.result import Result, Row
 
-__all__ = ["Peak", "frequency_response", "h2_norm", "intervals_above", "largest_singular_value", "peak_gain"]
+__all__ = [
+    "Peak", "frequency_response", "h2_norm", "intervals_above", "largest_singular_value", "peak_gain", "proposals",
+]  # fmt: skip
 
 SAFE_FEEDTHROUGH = 1e-3  # γ² − σ_max(D)² over γ², above which inverting γ²I − D'D costs at most three of sixteen digits
 MOST_STEPS = 60  # the two-step method needs three to six; each step at least passes the former level
@@ -94,9 +96,8 @@ def peak_gain(A, B, C, D=None, *, tolerance: float = 1e-9) -> Peak:
     value, frequency = _best(gain, _first_frequencies(poles))
     if value == 0:  # more distinct frequencies than a nonzero rational function of this order has zeros
         return Peak(value=0.0, frequency=0.0, lower=0.0, upper=0.0, rounding=0.0)
-    slack = 0.0
+    slack, rounding = 0.0, _rounding(system, frequency, value)
     for _ in range(MOST_STEPS):
-        rounding = _rounding(system, frequency, value)
         slack = max(slack, tolerance, rounding)
         level = value * (1 + slack)
         problem = _axis_problem(system, level)
@@ -104,6 +105,7 @@ def peak_gain(A, B, C, D=None, *, tolerance: float = 1e-9) -> Peak:
         better, where = _best(gain, proposed)
         if better > value:
             value, frequency = better, where
+            rounding = _rounding(system, frequency, value)
         if better <= level:
             if problem.clear_of_axis():
                 break
@@ -143,6 +145,26 @@ def intervals_above(A, B, C, D, level: float) -> list[tuple[float, float]]:
         elif above:
             found.append((float(low), float(high)))
     return found
+
+
+def proposals(A, B, C, D, level: float) -> np.ndarray:
+    """One frequency inside every interval where σ_max(G(jω)) may exceed a level, none left out but for rounding.
+
+    Parameters
+    ----------
+    A, B, C, D : (n, n), (n, m), (p, n), (p, m)
+        Real float64 arrays that fit together: nothing is checked, this is the inner loop of optimisers.
+    level : float
+        Positive.
+
+    Returns
+    -------
+    (k,)
+        Frequencies [rad/s], finite: midpoints between the imaginary parts of the level's eigenvalue problem and one
+        above them all. Where the gain exceeds the level at none of them, it exceeds it nowhere.
+    """
+    ends = np.unique(np.r_[0.0, np.abs(_axis_problem(Realisation(A, B, C, D), level).values.imag)])
+    return np.r_[(ends[1:] + ends[:-1]) / 2, 2 * ends[-1] + 1.0]
 
 
 def largest_singular_value(A, B, C, D) -> Callable[[np.ndarray], np.ndarray]:
@@ -192,10 +214,19 @@ class _AxisProblem(NamedTuple):
         keep = _finite(values, self.infinite)
         values, left, right = values[keep], left[:, keep], right[:, keep]
         N_right = right if self.N is None else self.N @ right
-        size_n = 1.0 if self.N is None else np.linalg.norm(self.N, 2)
+        size_n = 1.0  # N is the identity or a projection
         lengths = np.linalg.norm(left, axis=0) * np.linalg.norm(right, axis=0)
-        change = 4 * EPS * (np.linalg.norm(self.M, 2) + np.abs(values) * size_n) * lengths
+        change = 4 * EPS * (_norm_bound(self.M) + np.abs(values) * size_n) * lengths
         return bool(np.all(np.abs(values.real) * np.abs(np.sum(left.conj() * N_right, axis=0)) > change))
+
+
+def _norm_bound(M: np.ndarray) -> float:
+    """An upper bound of ‖M‖₂ without singular values: the smaller of √(‖M‖₁ ‖M‖∞) and the Frobenius norm."""
+    size = np.abs(M)
+    return min(
+        math.sqrt(float(size.sum(axis=0).max(initial=0.0) * size.sum(axis=1).max(initial=0.0))),
+        float(np.linalg.norm(M)),
+    )
 
 
 def _finite(values: np.ndarray, infinite: int) -> np.ndarray:
@@ -253,7 +284,7 @@ def _rounding(system: Realisation, omega: float, value: float) -> float:
     weights = np.linalg.solve(shifted.T, C.T)
     left, _, right = np.linalg.svd(system.D + C @ states)
     sensitivity = np.linalg.norm(weights @ left[:, 0].conj()) * np.linalg.norm(states @ right[0].conj())
-    return float(n * EPS * (1 + np.linalg.norm(A, 2) * sensitivity / value))
+    return float(n * EPS * (1 + _norm_bound(A) * sensitivity / value))
 
 
 def h2_norm(A, B, C) -> float:

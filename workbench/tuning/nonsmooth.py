@@ -78,6 +78,7 @@ def minimise(
     *,
     bounds=None,
     scale=None,
+    metric=None,
     tolerance: float = 1e-7,
     stop_below: float = -math.inf,
     budget_seconds: float = 60.0,
@@ -99,6 +100,10 @@ def minimise(
         Lowest and highest value, infinite where there is none.
     scale : (n,), optional
         Typical sizes of the variables; 1 if left out.
+    metric : (n, n), optional
+        A factor L of a first guess L L' of the inverse Hessian, in the units of x and up to a multiple; the scale's
+        own diag(scale) if left out. Where variables act together, as gains on nearly parallel signals do, a good guess
+        saves hundreds of steps.
     tolerance : float
         Decrease per step, relative to 1 + |value|, below which descent has ended.
     stop_below : float
@@ -127,7 +132,13 @@ def minimise(
     if units.shape != start.shape or not np.all(units > 0):
         raise InputError(f"scale must hold {len(start)} positive sizes; got {units.tolist()}. Give one per variable.")
     start = np.clip(start, box[:, 0], box[:, 1])
-    solver = _Solver(function, units, box / units[:, None], stop_below, budget_seconds, evaluations, on_step)
+    shape = np.diag(units) if metric is None else np.asarray(metric, float)
+    if shape.shape != (len(units), len(units)) or not np.all(np.isfinite(shape)) or not shape.any():
+        raise InputError(
+            f"metric must be a finite, nonzero matrix of shape {(len(units), len(units))}; got {shape.shape}. Mend it."
+        )
+    shape = shape / units[:, None]
+    solver = _Solver(function, units, box / units[:, None], shape, stop_below, budget_seconds, evaluations, on_step)
     first = solver.begin(start / units)
     if not math.isfinite(first.value):
         raise InputError(
@@ -155,8 +166,8 @@ def _box(bounds, n: int) -> np.ndarray:
 class _Solver:
     """One run: the points evaluated, the best of them, the metric."""
 
-    def __init__(self, function, units, box, stop_below, budget, evaluations, on_step) -> None:
-        self._function, self._units, self._box = function, units, box
+    def __init__(self, function, units, box, shape, stop_below, budget, evaluations, on_step) -> None:
+        self._function, self._units, self._box, self._shape = function, units, box, shape
         self._stop_below, self._deadline, self._limit = stop_below, perf_counter() + budget, evaluations
         self._on_step, self._started = on_step, perf_counter()
         self._count, self._steps = 0, 0
@@ -168,7 +179,7 @@ class _Solver:
 
     def begin(self, x: np.ndarray) -> Point:
         self._here = self._point(x)
-        self._curvature = Curvature(len(x))
+        self._curvature = Curvature(len(x), self._shape)
         return self._here
 
     def _point(self, x: np.ndarray) -> Point:

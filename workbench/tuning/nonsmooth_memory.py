@@ -69,10 +69,11 @@ class Memory:
 
 
 class Curvature:
-    """The inverse Hessian W = L L' of the combination of pieces, by damped BFGS."""
+    """The inverse Hessian W = L L' of the combination of pieces, by damped BFGS from a first guess of its shape."""
 
-    def __init__(self, size: int) -> None:
+    def __init__(self, size: int, shape: np.ndarray | None = None) -> None:
         self._size = size
+        self._shape = np.eye(size) if shape is None else shape  # (n, n), a factor L of the guess up to a multiple
         self._inverse: np.ndarray | None = None
         self._factor: np.ndarray | None = None
 
@@ -83,8 +84,8 @@ class Curvature:
     def factor(self, here: Point) -> np.ndarray:
         """L (n, n); before anything is learnt, such that a step along the largest gradient has the length of 0.1."""
         if self._inverse is None:
-            length = float(np.linalg.norm(here.gradients[0]))
-            return np.eye(self._size) * math.sqrt(FIRST_STEP * (1 + float(np.linalg.norm(here.x))) / (length or 1.0))
+            length = float(np.linalg.norm(self._shape @ (self._shape.T @ here.gradients[0])))
+            return self._shape * math.sqrt(FIRST_STEP * (1 + float(np.linalg.norm(here.x))) / (length or 1.0))
         if self._factor is None:
             values, vectors = np.linalg.eigh(self._inverse)
             if not values[-1] > 0:
@@ -109,7 +110,8 @@ class Curvature:
         if self._inverse is None:
             if product <= 0:
                 return
-            self._inverse = np.eye(self._size) * product / float(change @ change)
+            size = float(np.sum((self._shape.T @ change) ** 2))
+            self._inverse = self._shape @ self._shape.T * (product / size)
         W = self._inverse
         if product <= 1e-10 * float(np.linalg.norm(step) * np.linalg.norm(change)):
             return

@@ -9,7 +9,7 @@ an error bound.
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from time import perf_counter
 
 import numpy as np
@@ -19,15 +19,22 @@ from workbench.analysis.variance import stationary
 from workbench.errors import InfeasibleError, InputError
 from workbench.result import Result, Row
 from workbench.tuning.nonsmooth import Minimum, minimise
+from workbench.tuning.static_affine import GainSet
 from workbench.tuning.static_loop import Peaks, StaticLoop
 
 NORMS = ("hinf", "h2")
 COARSE = 1e-4  # of the log of the norm, per step: where starts are compared
 FINE = {"hinf": 1e-6, "h2": 1e-9}  # where the best of them are finished
-MOST_COARSE, MOST_FINE = 200, 1000  # evaluations of each
+MOST_COARSE, MOST_FINE = (20, 60), 300  # evaluations of one round of each; a round begins with a new metric
+FINE_ROUNDS = 8
+RENEWED = 20  # tolerances that one of two rounds must gain for another one
+WARM, MOST_WARM = 1e-2, 60  # of the H2 descent before the H∞ one: a glance, since cheap control has no H2 optimum
+WARMED = 0  # even starts are warmed, odd ones are not
 FINISHED = 2  # starts that are finished, the second only if within
 WITHIN = 0.15  # of the log of the norm of the first
 SCATTER = (-4.0, 0.5)  # decades of the size of random starts, over what moves A by its own norm
+DECAY = 1e-6  # least decay of the closed loop, relative to the plant's fastest pole: slower ones defy certification
+ROOM = 10.0  # of a start's own decay over the least one, where no start has come further
 MARGIN = 1e-4  # decay of a stabilising start, relative to ‖A‖
 ALIKE = 1e-3  # of the log of the norm: starts closer than that ended in the same valley
 WIDEST = 1e5  # default bound of |K| over what moves A by its own norm: beyond, closed loops drown in rounding
@@ -49,7 +56,7 @@ class StaticFeedback(Result):
     upper: float
     frequency: float | None  # [rad/s] of the peak; None for H2
     abscissa: float  # [1/s] largest real part of the closed loop's poles
-    minimum: Minimum  # of the log of the norm
+    minimum: Minimum  # of the log of the norm; x holds the entries of K row by row
     starts: tuple[float, ...]
     tuning_seconds: float
     exact_seconds: float
@@ -78,7 +85,7 @@ def static_feedback(
     A, B1, B2, C1, C : (n, n), (n, w), (n, u), (z, n), (y, n)
         dx/dt = A x + B1 w + B2 u, z = C1 x + D11 w + D12 u, y = C x + D21 w.
     D11, D12, D21 : (z, w), (z, u), (y, w), optional
-        Zero if left out. For H2, D11 = 0 and D12 K D21 = 0 for every K.
+        Zero if left out. For H2 the gain is sought among those with D11 + D12 K D21 = 0.
     norm : "hinf" or "h2"
     starts, seed : int
         The first start is K0 (zero if left out), the others random.
@@ -97,7 +104,7 @@ def static_feedback(
     Raises
     ------
     InputError
-        If matrices do not fit, or H2 has no finite value.
+        If matrices do not fit, or no gain gives a finite H2 norm.
     InfeasibleError
         If no start could be stabilised; the message names the eigenvalue that remained.
 
@@ -108,42 +115,59 @@ def static_feedback(
     if starts < 1:
         raise InputError(f"starts must be at least 1; got {starts!r}. Four is usual.")
     loop = StaticLoop.of(A, B1, B2, C1, C, D11, D12, D21)
-    if norm == "h2" and (loop.D11.any() or (loop.D12.any() and loop.D21.any())):
-        raise InputError(
-            "the H2 norm must have no feedthrough from w to z: D11 = 0 and D12 = 0 or D21 = 0; filter w or z."
-        )
+    gains = GainSet.everything(loop.size())
+    if norm == "h2":
+        gains = GainSet.without_feedthrough(loop.D11, loop.D12, loop.D21, loop.size())
     limit = WIDEST * loop.size() if largest is None else np.broadcast_to(np.asarray(largest, float), loop.shape)
     if not np.all(limit > 0):
         raise InputError(f"largest must be positive; got {largest!r}. Leave it out for a wide default.")
-    return _Search(loop, norm, limit, seed, budget_seconds, on_progress).run(starts, K0)
+    return _Search(loop, gains, norm, limit, seed, budget_seconds, on_progress).run(starts, K0)
 
 
 class _Search:
     """One call: starts, comparison, finish."""
 
-    def __init__(self, loop: StaticLoop, norm: str, limit: np.ndarray, seed: int, budget: float, on_progress) -> None:
-        self._limit = limit.ravel()
+    def __init__(
+        self, loop: StaticLoop, gains: GainSet, norm: str, limit: np.ndarray, seed: int, budget: float, on_progress
+    ) -> None:
+        self._limit, self._gains = limit, gains
         scale = np.linalg.norm(loop.C1) * np.linalg.norm(loop.B1) / (np.linalg.norm(loop.A, 2) or 1.0)
         self._least = math.log(NOTHING * (scale + np.linalg.norm(loop.D11) or 1.0))
         self._loop, self._norm, self._seed, self._on_progress = loop, norm, seed, on_progress
         self._deadline, self._begun = perf_counter() + budget, perf_counter()
-        self._measure = Peaks(loop) if norm == "hinf" else loop.variance
+        self._min_decay = DECAY * (float(np.abs(np.linalg.eigvals(loop.A)).max()) or float(np.linalg.norm(loop.A, 2)))
         self._ended = False
 
-    def _minimise(self, measure, K: np.ndarray, words: str, until: float, **options) -> Minimum:
-        shape = self._loop.shape
+    def _measure(self) -> Callable[[np.ndarray], list[tuple[float, np.ndarray]]]:
+        """The norm to make small, for one descent."""
+        return Peaks(self._loop, self._min_decay) if self._norm == "hinf" else self._loop.variance
 
-        def flat(x: np.ndarray):
-            return [(value, gradient.ravel()) for value, gradient in measure(x.reshape(shape))]
+    def _minimise(self, measure, K: np.ndarray, words: str, until: float, *, plain=False, **options) -> Minimum:
+        gains, limit = self._gains, self._limit
 
-        def told(x: np.ndarray, value: float) -> bool:
+        def flat(z: np.ndarray):
+            gain = gains.gain(z)
+            if gains.basis is not None and np.any(np.abs(gain) > limit):
+                return []  # a box in K is none in the coordinates: its walls are the edge of the domain
+            return [(value, gains.gradient(gradient)) for value, gradient in measure(gain)]
+
+        def told(z: np.ndarray, value: float) -> bool:
             self._ended = self._on_progress is not None and bool(self._on_progress(words, value))
             return self._ended
 
-        return minimise(
-            flat, K.ravel(), bounds=np.column_stack([-self._limit, self._limit]), scale=self._loop.size().ravel(),
-            seed=self._seed, on_step=told, budget_seconds=max(until - perf_counter(), 1e-3), **options,
+        begin = gains.coordinates(K)
+        if gains.size == 0 or not flat(begin):
+            value = max((value for value, _ in flat(begin)), default=math.inf)
+            return Minimum(
+                x=gains.gain(begin).ravel(), value=value, stationarity=0.0, radius=0.0, evaluations=1, steps=0,
+                seconds=0.0, message="the feedthrough fixes the gain, or the start lies outside the bounds",
+            )  # fmt: skip
+        found = minimise(
+            flat, begin, bounds=np.column_stack([-limit.ravel(), limit.ravel()]) if gains.basis is None else None,
+            scale=gains.scale, metric=None if plain else gains.metric(self._loop.metric(K)), seed=self._seed,
+            on_step=told, budget_seconds=max(until - perf_counter(), 1e-3), **options,
         )  # fmt: skip
+        return replace(found, x=gains.gain(found.x).ravel())
 
     def run(self, starts: int, K0) -> StaticFeedback:
         shape = self._loop.shape
@@ -162,14 +186,19 @@ class _Search:
             left = max(self._deadline - perf_counter(), 0.0)
             until = perf_counter() + left / (starts - k + 1)
             stable = self._stabilised(K, until)
-            if stable.value >= 0 or not list(self._measure(stable.x.reshape(shape))):
+            if stable.value < 0 and not any(ends):  # a plant that can hardly be stabilised: less is asked of it
+                self._min_decay = min(self._min_decay, -stable.value / ROOM)
+            if stable.value >= 0 or not self._measure()(stable.x.reshape(shape)):
                 unstable.append(stable)
                 ends.append(None)
                 continue
-            ends.append(self._minimise(
-                self._measure, stable.x.reshape(shape), f"start {k + 1}", until, tolerance=COARSE, polish=False,
-                stop_below=self._least, evaluations=MOST_COARSE,
-            ))  # fmt: skip
+            K = stable.x.reshape(shape)
+            if self._norm == "hinf" and k % 2 == WARMED:
+                K = self._warmed(K, until)
+            for most in MOST_COARSE:  # the metric of a loop that is barely stable serves for a few steps only
+                end = self._descended(K, f"start {k + 1}", until, tolerance=COARSE, polish=False, evaluations=most)
+                K = end.x.reshape(shape)
+            ends.append(end)
         found = sorted((m for m in ends if m is not None), key=lambda m: m.value)
         if not found:
             self._refuse(min(unstable, key=lambda m: m.value), starts)
@@ -181,9 +210,9 @@ class _Search:
                 and all(abs(m.value - other.value) > ALIKE for other in chosen)
             ):
                 chosen.append(m)
-        best = min((self._finished(m, len(chosen)) for m in chosen), key=lambda m: m.value)
+        candidates = self._finished(chosen)
         tuned = perf_counter() - self._begun
-        return self._reported(best, [math.inf if m is None else math.exp(m.value) for m in ends], tuned)
+        return self._reported(candidates, [math.inf if m is None else math.exp(m.value) for m in ends], tuned)
 
     def _scatter(self, k: int, generator: np.random.Generator) -> np.ndarray:
         """A random gain; sizes take turns from the largest third of the decades to the smallest."""
@@ -197,17 +226,55 @@ class _Search:
             self._loop.abscissa, K, "stabilising", until, stop_below=wanted, tolerance=1e-6, evaluations=2000
         )  # fmt: skip
 
-    def _finished(self, coarse: Minimum, share: int) -> Minimum:
-        until = perf_counter() + max(self._deadline - perf_counter(), 0.0) / share
-        return self._minimise(
-            self._measure, coarse.x.reshape(self._loop.shape), "finish", until, tolerance=FINE[self._norm],
-            stop_below=self._least, evaluations=MOST_FINE,
-        )  # fmt: skip
+    def _warmed(self, K: np.ndarray, until: float) -> np.ndarray:
+        """A gain of small H2 norm, feedthrough not counted: smooth, cheap, often in a good valley of the H∞ norm."""
+        if not self._loop.variance(K):
+            return K
+        warm = self._minimise(
+            self._loop.variance, K, "small variance", until, tolerance=WARM, polish=False, evaluations=MOST_WARM
+        ).x.reshape(K.shape)  # fmt: skip
+        return warm if self._measure()(warm) else K
 
-    def _reported(self, best: Minimum, starts: list[float], tuned: float) -> StaticFeedback:
-        """The exact norm and the record."""
-        K = best.x.reshape(self._loop.shape)
+    def _descended(self, K: np.ndarray, words: str, until: float, **options) -> Minimum:
+        return self._minimise(self._measure(), K, words, until, stop_below=self._least, **options)
+
+    def _finished(self, coarse: list[Minimum]) -> list[Minimum]:
+        """One round for each of the starts chosen, further rounds for the best: metric of where it stands, plain one.
+
+        The best first, then what it came from: the certificate decides between them.
+        """
+        tolerance = FINE[self._norm]
+
+        def round_of(m: Minimum, plain: bool, share: int) -> Minimum:
+            until = perf_counter() + max(self._deadline - perf_counter(), 0.0) / share
+            found = self._descended(
+                m.x.reshape(self._loop.shape), "finish", until, tolerance=tolerance, evaluations=MOST_FINE, plain=plain
+            )
+            return found if found.value <= m.value else m
+
+        ends = sorted((round_of(m, False, len(coarse) - k + 1) for k, m in enumerate(coarse)), key=lambda m: m.value)
+        idle = 0
+        for k in range(1, FINE_ROUNDS):
+            if idle == 2 or self._ended or perf_counter() > self._deadline or ends[0].value < self._least:
+                break
+            found = round_of(ends[0], k % 2 == 1, 1)
+            idle = idle + 1 if ends[0].value - found.value < RENEWED * tolerance else 0
+            ends = [found, *ends] if found is not ends[0] else ends
+        return ends
+
+    def _reported(self, candidates: list[Minimum], starts: list[float], tuned: float) -> StaticFeedback:
+        """The record with the smallest proved norm; further ones only where the best one's bracket is wide."""
         begun = perf_counter()
+        records = [self._record(candidates[0], starts, tuned, begun)]
+        for m in candidates[1:]:
+            if math.exp(m.value) >= min(record.upper for record in records):
+                break
+            records.append(self._record(m, starts, tuned, begun))
+        return min(records, key=lambda record: record.upper)
+
+    def _record(self, best: Minimum, starts: list[float], tuned: float, begun: float) -> StaticFeedback:
+        """The exact norm of one gain."""
+        K = best.x.reshape(self._loop.shape)
         A, B, C, D = self._loop.closed(K)
         frequency = None
         if self._norm == "hinf":
@@ -228,7 +295,13 @@ class _Search:
         K = nearest.x.reshape(self._loop.shape)
         poles = np.linalg.eigvals(self._loop.closed(K)[0])
         worst = poles[np.argmax(poles.real)]
+        mode, side = self._loop.fixed_mode()
+        cure = "Try more starts, or give the controller states."
+        if side:
+            cure = f"No controller can: the mode {mode.real:.4g} ± {abs(mode.imag):.4g}j is out of reach of the {side}."
+        if self._gains.basis is not None:
+            cure = f"Only gains without feedthrough count here ({self._gains.size} free directions). {cure}"
         raise InfeasibleError(
             f"a static gain must make every eigenvalue stable; the best of {starts} starts leaves "
-            f"{worst.real:.4g} ± {abs(worst.imag):.4g}j 1/s. Try more starts, or give the controller states."
+            f"{worst.real:.4g} ± {abs(worst.imag):.4g}j 1/s. {cure}"
         )

@@ -13,7 +13,7 @@ from typing import cast
 
 import numpy as np
 
-from workbench.analysis.norm import intervals_above
+from workbench.analysis.norm import proposals
 from workbench.analysis.realisation import matrix, square
 from workbench.errors import InputError
 from workbench.tuning.static_peaks import Gain, frequencies
@@ -22,9 +22,12 @@ NEAR = 0.2  # in log: local peaks and second singular values this close to the l
 BESIDE = 0.03  # in log: singular values this close are mixed, and sampled frequencies this close are pieces too
 MOST_BESIDE = 6
 MIXTURES = (1.0, -1.0, 1j, -1j)  # relative phases of two singular vectors
+NEAR_EDGE = 1e3  # least decays from the axis within which slow poles are pieces
 CHECKS = 4  # rounds of looking for peaks that sampling missed
 MISSED = 1e-5  # relative height above the peaks found that counts as missed
 FURTHER_EIGENVALUES = 12  # beside the rightmost
+FIXED = 1e-12  # of ‖A‖: singular value at which a mode counts as fixed
+FLAT = 1e-10  # of the first metric: a direction that costs less than this share of the dearest counts as this much
 DEFECTIVE = 1e-9  # yᴴx of unit eigenvectors below which an eigenvalue is defective to rounding, its slope cut off
 
 
@@ -76,6 +79,39 @@ class StaticLoop:
         product = np.outer(np.where(rows > 0, rows, 1.0), np.where(columns > 0, columns, 1.0))
         return (np.linalg.norm(self.A, 2) or 1.0) / product
 
+    def fixed_mode(self) -> tuple[complex, str]:
+        """An unstable eigenvalue that no feedback moves, and which side misses it ("" where there is none).
+
+        [A − λ, B2] or [A − λ; C] loses rank there (Popov, Belevitch, Hautus), to rounding.
+        """
+        size = float(np.linalg.norm(self.A, 2))
+        for value in np.linalg.eigvals(self.A):
+            if value.real < 0:
+                continue
+            shifted = self.A - value * np.eye(len(self.A))
+            for side, pair in (("inputs", (shifted, self.B2)), ("measurements", (shifted.T, self.C.T))):
+                weight = size / (np.linalg.norm(pair[1]) or 1.0)
+                if np.linalg.svd(np.hstack([pair[0], weight * pair[1]]), compute_uv=False)[-1] < FIXED * size:
+                    return complex(value), side
+        return 0j, ""
+
+    def metric(self, K: np.ndarray) -> np.ndarray | None:
+        """A factor (u y, u y) of an inverse Hessian in the entries of K, row by row; None where K does not stabilise.
+
+        A change dK costs √trace(U dK Y dK') to first order, Y the covariance C P C' of the measurements under white
+        noise and U = B2' Q B2 + D12' D12 the price of the inputs: the Hessian of the squared H2 norm but for the
+        change of P and Q. Signals that are nearly parallel, or of different sizes, become independent and equal.
+        """
+        A, B, C, _ = self.closed(K)
+        gramians = _gramians(A, B, C)
+        if gramians is None:
+            return None
+        P, Q = gramians
+        measured = _inverse_root(self.C @ P @ self.C.T + self.D21 @ self.D21.T)
+        priced = _inverse_root(self.B2.T @ Q @ self.B2 + self.D12.T @ self.D12)
+        found = np.kron(priced, measured)
+        return found if np.all(np.isfinite(found)) and found.any() else None
+
     def abscissa(self, K: np.ndarray) -> list[tuple[float, np.ndarray]]:
         """Largest real parts of the closed loop's eigenvalues [1/s], each with its gradient.
 
@@ -98,26 +134,41 @@ class StaticLoop:
 
     def variance(self, K: np.ndarray) -> list[tuple[float, np.ndarray]]:
         """log of the H2 norm and its gradient; nothing outside the domain."""
-        from scipy.linalg import schur
-        from scipy.linalg.lapack import dtrsyl
-
         A, B, C, _ = self.closed(K)
-        T, U, *_ = schur(A)
-        if _abscissa_of(T) >= 0:
+        gramians = _gramians(A, B, C)
+        if gramians is None:
             return []
-
-        def lyapunov(Q: np.ndarray, transposed: bool) -> np.ndarray:
-            first, second = ("T", "N") if transposed else ("N", "T")
-            Y, shrink, _ = dtrsyl(T, T, -(U.T @ Q @ U), trana=first, tranb=second)
-            return U @ (Y / shrink) @ U.T
-
-        P = lyapunov(B @ B.T, False)
+        P, Q = gramians
         square_norm = float(np.sum((C @ P) * C))
         if not (square_norm > 0 and math.isfinite(square_norm)):
             return []
-        Q = lyapunov(C.T @ C, True)
         gradient = self.B2.T @ Q @ (P @ self.C.T + B @ self.D21.T) + self.D12.T @ C @ P @ self.C.T
         return [(math.log(square_norm) / 2, gradient / square_norm)]
+
+
+def _gramians(A: np.ndarray, B: np.ndarray, C: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
+    """P and Q with A P + P A' + B B' = 0 and A'Q + Q A + C'C = 0, by one Schur form; None if A is not stable."""
+    from scipy.linalg import schur
+    from scipy.linalg.lapack import dtrsyl
+
+    if not np.all(np.isfinite(A)):
+        return None
+    T, U, *_ = schur(A)
+    if _abscissa_of(T) >= 0:
+        return None
+    W, V = U.T @ B, C @ U
+    P, shrink_p, _ = dtrsyl(T, T, -(W @ W.T), trana="N", tranb="T")
+    Q, shrink_q, _ = dtrsyl(T, T, -(V.T @ V), trana="T", tranb="N")
+    return U @ (P / shrink_p) @ U.T, U @ (Q / shrink_q) @ U.T
+
+
+def _inverse_root(M: np.ndarray) -> np.ndarray:
+    """M^−½ of a symmetric M, eigenvalues below FLAT of the largest raised to that."""
+    values, vectors = np.linalg.eigh((M + M.T) / 2)
+    top = float(values[-1])
+    if not (top > 0 and math.isfinite(top)):
+        return np.eye(len(M))
+    return vectors / np.sqrt(np.maximum(values, FLAT * top)) @ vectors.T
 
 
 def _abscissa_of(T: np.ndarray) -> float:
@@ -126,45 +177,61 @@ def _abscissa_of(T: np.ndarray) -> float:
 
 
 class Peaks:
-    """log of the closed loop's largest gain over frequency, one piece per local peak.
+    """log of the closed loop's largest gain over frequency, one piece per local peak; for one descent.
 
     Frequencies are sampled around the closed loop's poles; local maxima are refined.
-    A value below all before it, the only kind a minimiser accepts, is checked: the eigenvalues that `intervals_above`
-    computes show every frequency where the gain is higher. This steers; `peak_gain` decides.
+    A value below all before it, the only kind a minimiser accepts, is checked: the eigenvalues that `proposals`
+    names show every frequency where the gain is higher. This steers; `peak_gain` decides.
     """
 
-    def __init__(self, loop: StaticLoop) -> None:
-        self._loop = loop
+    def __init__(self, loop: StaticLoop, min_decay: float = 0.0) -> None:
+        self._loop, self._min_decay = loop, min_decay
         self._least = math.inf  # smallest gain that was checked
+        self._level = math.nan  # log of the first gain
 
     def __call__(self, K: np.ndarray) -> list[tuple[float, np.ndarray]]:
         """Pieces (log of the gain, gradient with respect to K), none if the loop is unstable."""
         A, B, C, D = self._loop.closed(K)
-        poles = np.linalg.eigvals(A)
-        if poles.real.max(initial=-math.inf) >= 0:
+        if not np.all(np.isfinite(A)):
             return []
         gain = Gain(A, B, C, D)
-        sampled = frequencies(poles)
-        peaks = gain.peaks(sampled, NEAR)
+        slowest = gain.poles.real.max(initial=-math.inf)
+        if slowest >= 0 or slowest >= -self._min_decay:
+            return []
+        sampled = frequencies(gain.poles)
+        peaks = gain.peaks(sampled, NEAR, self._least)
         for _ in range(CHECKS):
             if not peaks or not peaks[0][1] > 0:
                 return []
             if peaks[0][1] > self._least:
                 break
-            above = intervals_above(A, B, C, D, peaks[0][1] * (1 + MISSED))
-            missed = [(low + high) / 2 if math.isfinite(high) else 2 * low + 1.0 for low, high in above]
-            if not missed:
+            level = peaks[0][1] * (1 + MISSED)
+            proposed = proposals(A, B, C, D, level)
+            missed = proposed[gain.largest(proposed) > level]
+            if not len(missed):
                 self._least = peaks[0][1]
                 break
             sampled = np.r_[sampled, missed, [omega for omega, _ in peaks if math.isfinite(omega)]]
-            peaks = gain.peaks(sampled, NEAR)
+            peaks = gain.peaks(sampled, NEAR, self._least)
         top = peaks[0][1]
         beside = gain.sampled_above(top * math.exp(-BESIDE), most=MOST_BESIDE)
         finite = np.unique(np.r_[[omega for omega, _ in peaks if math.isfinite(omega)], beside])
         pieces = self._pieces(gain.at(finite), top) if len(finite) else []
         if not all(math.isfinite(omega) for omega, _ in peaks):
             pieces += self._pieces(gain.at_infinity(), top)
+        if math.isnan(self._level):
+            self._level = math.log(top)
+        if -slowest < NEAR_EDGE * self._min_decay:
+            pieces += self._slow(K)
         return pieces
+
+    def _slow(self, K: np.ndarray) -> list[tuple[float, np.ndarray]]:
+        """log(least decay / decay) of the slowest poles above the first gain: a constraint that binds at the least."""
+        return [
+            (self._level + math.log(self._min_decay / -value), gradient / -value)
+            for value, gradient in self._loop.abscissa(K)
+            if 0 < -value < NEAR_EDGE * self._min_decay
+        ]
 
     def _pieces(self, answers, top: float) -> list[tuple[float, np.ndarray]]:
         """Pieces at each frequency: singular values near the top, and mixtures of those that nearly coincide.

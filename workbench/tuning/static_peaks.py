@@ -6,14 +6,16 @@ The measures of `static_loop` steer by this; `analysis.norm.peak_gain` decides.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
-from workbench.analysis.realisation import responder
-
 REFINED = 1e-12  # relative width of the frequency bracket at which a peak is found
-LEFT = 1e-10  # relative gain still expected there, by the secant of the slope
+LEFT = 3e-9  # relative gain still expected there, by the secant of the slope
+ROUGHLY = 1e-5  # the same where the largest sample already tells that a minimiser will not go there
+BELOW = 1e-3  # share of a lower peak's distance from the highest that is good enough for it
 STEPS = 30  # of the refinement; five are typical
+MODAL = 1e6  # condition of the eigenvectors up to which they serve: relative errors of 1e-10, far below a step's gain
 
 
 def frequencies(poles: np.ndarray) -> np.ndarray:
@@ -30,19 +32,60 @@ def frequencies(poles: np.ndarray) -> np.ndarray:
     return np.concatenate([[0.0], special, between, ends])
 
 
+class _Modes(NamedTuple):
+    """Eigenvectors V, V⁻¹, C V and V⁻¹ B."""
+
+    vectors: np.ndarray
+    inverse: np.ndarray
+    left: np.ndarray
+    right: np.ndarray
+
+
+def _largest(G: np.ndarray) -> np.ndarray:
+    """σ_max (k,) of matrices (k, p, m)."""
+    if 1 in G.shape[1:]:
+        return np.sqrt(np.sum(G.real**2 + G.imag**2, axis=(1, 2)))
+    return np.linalg.svd(G, compute_uv=False)[:, 0]
+
+
+def _leading(G: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(u (k, p), σ_max (k,), v (k, m)) of matrices (k, p, m), G v = σ u."""
+    if 1 in G.shape[1:]:
+        sigma = _largest(G)
+        flat = G.reshape(len(G), -1) / np.where(sigma > 0, sigma, 1.0)[:, None]
+        one = np.ones((len(G), 1))
+        return (flat, sigma, one) if G.shape[2] == 1 else (one, sigma, flat.conj())
+    U, sigma, Vh = np.linalg.svd(G, full_matrices=False)
+    return U[:, :, 0], sigma[:, 0], Vh[:, 0].conj()
+
+
 class Gain:
-    """σ_max of D + C (jωI − A)⁻¹ B, its slope and its local maxima."""
+    """σ_max of D + C (jωI − A)⁻¹ B, its slope and its local maxima.
+
+    Resolvents come from eigenvectors where those are conditioned well enough for steering, else from linear solves.
+    """
 
     def __init__(self, A, B, C, D) -> None:
         self._A, self._B, self._C, self._D = A, B, C, D
-        self._response = responder(A, B, C, D)
+        self.poles, vectors = np.linalg.eig(A)
+        self._modes: _Modes | None = None
+        try:
+            inverse = np.linalg.inv(vectors)
+        except np.linalg.LinAlgError:
+            return
+        if np.linalg.norm(vectors) * np.linalg.norm(inverse) < MODAL:
+            self._modes = _Modes(vectors, inverse, C @ vectors, inverse @ B)
 
     def at(self, omega: np.ndarray):
         """(U, σ, Vᴴ, (jω − A)⁻¹B, C(jω − A)⁻¹), each (k, …), at finite frequencies (k,)."""
-        shifted = 1j * omega[:, None, None] * np.eye(len(self._A)) - self._A
-        X = np.linalg.solve(shifted, np.broadcast_to(self._B, (len(omega), *self._B.shape)))
-        turned = shifted.transpose(0, 2, 1)
-        Y = np.linalg.solve(turned, np.broadcast_to(self._C.T, (len(omega), *self._C.T.shape))).transpose(0, 2, 1)
+        if self._modes is not None:
+            modes, R = self._modes, 1 / (1j * omega[:, None] - self.poles)
+            X = modes.vectors @ (R[:, :, None] * modes.right)
+            Y = (modes.left * R[:, None, :]) @ modes.inverse
+        else:
+            X, shifted = self._states(omega)
+            turned = shifted.transpose(0, 2, 1)
+            Y = np.linalg.solve(turned, np.broadcast_to(self._C.T, (len(omega), *self._C.T.shape))).transpose(0, 2, 1)
         U, sigma, Vh = np.linalg.svd(self._D + self._C @ X, full_matrices=False)
         return U, sigma, Vh, X, Y
 
@@ -51,6 +94,22 @@ class Gain:
         U, sigma, Vh = np.linalg.svd(self._D[None], full_matrices=False)
         return U, sigma, Vh, np.zeros((1, *self._B.shape)), np.zeros((1, *self._C.shape))
 
+    def largest(self, omega: np.ndarray) -> np.ndarray:
+        """σ_max (k,) at finite frequencies (k,)."""
+        return _largest(self._D + self._response(omega))
+
+    def _states(self, omega: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """((jω − A)⁻¹B, jω − A), each (k, …), by linear solves."""
+        shifted = 1j * omega[:, None, None] * np.eye(len(self._A)) - self._A
+        return np.linalg.solve(shifted, np.broadcast_to(self._B, (len(omega), *self._B.shape))), shifted
+
+    def _response(self, omega: np.ndarray) -> np.ndarray:
+        """C (jω − A)⁻¹ B, (k, p, m)."""
+        if self._modes is None:
+            return self._C @ self._states(omega)[0]
+        R = 1 / (1j * omega[:, None] - self.poles)
+        return (self._modes.left * R[:, None, :]) @ self._modes.right
+
     def sampled_above(self, level: float, most: int) -> np.ndarray:
         """Some of the frequencies of the last `peaks` where the gain was above a level."""
         found = self._omega[self._values >= level]
@@ -58,17 +117,23 @@ class Gain:
 
     def _slope(self, omega: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(σ_max, dσ_max/dω) at finite frequencies (k,)."""
-        shifted = 1j * omega[:, None, None] * np.eye(len(self._A)) - self._A
-        X = np.linalg.solve(shifted, np.broadcast_to(self._B, (len(omega), *self._B.shape)))
-        U, sigma, Vh = np.linalg.svd(self._D + self._C @ X, full_matrices=False)
-        state = np.einsum("knm,km->kn", X, Vh[:, 0].conj())
+        if self._modes is not None:
+            R = 1 / (1j * omega[:, None] - self.poles)
+            u, sigma, v = _leading(self._D + (self._modes.left * R[:, None, :]) @ self._modes.right)
+            return sigma, np.sum((u.conj() @ self._modes.left) * R**2 * (v @ self._modes.right.T), axis=1).imag
+        X, shifted = self._states(omega)
+        u, sigma, v = _leading(self._D + self._C @ X)
+        state = (X @ v[:, :, None])[:, :, 0]
         turned = np.linalg.solve(shifted, state[:, :, None])[:, :, 0]
-        return sigma[:, 0], np.einsum("kp,pn,kn->k", U[:, :, 0].conj(), self._C, turned).imag
+        return sigma, np.sum((u.conj() @ self._C) * turned, axis=1).imag
 
-    def peaks(self, omega: np.ndarray, near: float) -> list[tuple[float, float]]:
-        """Local maxima (ω, σ_max) within the factor e^−near of the largest, that first; ω = ∞ for the feedthrough."""
+    def peaks(self, omega: np.ndarray, near: float, useless: float = math.inf) -> list[tuple[float, float]]:
+        """Local maxima (ω, σ_max) within the factor e^−near of the largest, that first; ω = ∞ for the feedthrough.
+
+        Where a sample is above `useless` the maxima are found roughly.
+        """
         omega = np.unique(omega)
-        values = np.linalg.svd(self._response(omega), compute_uv=False)[:, 0]
+        values = self.largest(omega)
         self._omega, self._values = omega, values
         infinite = float(np.linalg.norm(self._D, 2))
         padded = np.r_[-math.inf, values, infinite]
@@ -77,7 +142,10 @@ class Gain:
         tops = tops[values[tops] >= floor]
         low = np.where(tops > 0, omega[tops - 1], 0.0)
         high = np.where(tops + 1 < len(omega), omega[np.minimum(tops + 1, len(omega) - 1)], 2 * omega[tops] + 1.0)
-        found = list(zip(*self._refined(low, omega[tops], high, values[tops]), strict=True)) if len(tops) else []
+        wanted = LEFT if values.max() <= useless else ROUGHLY
+        found: list[tuple[float, float]] = []
+        if len(tops):
+            found = list(zip(*self._refined(low, omega[tops], high, values[tops], wanted), strict=True))
         if infinite >= floor and padded[-1] > padded[-2]:
             found.append((math.inf, infinite))
         found.sort(key=lambda peak: -peak[1])
@@ -87,7 +155,7 @@ class Gain:
                 distinct.append((float(where), float(value)))
         return [peak for peak in distinct if peak[1] >= distinct[0][1] * math.exp(-near)]
 
-    def _refined(self, low, middle, high, values) -> tuple[np.ndarray, np.ndarray]:
+    def _refined(self, low, middle, high, values, wanted: float) -> tuple[np.ndarray, np.ndarray]:
         """The maxima between low and high, all at a time: zeros of the slope by Hermite cubics, bisection as guard."""
         best, where = values.copy(), middle.copy()
         value, slope = self._slope(np.concatenate([low, middle, high]))
@@ -119,5 +187,6 @@ class Gain:
                 ends[k[up]] = now[up]
             for ends, now in ((b, point), (v_b, value), (s_b, slope)):
                 ends[k[~up]] = now[~up]
-            todo[k] = (left > LEFT * value) & (b[k] - a[k] > REFINED * b[k])
+            enough = wanted * value + BELOW * np.maximum(best.max() - value, 0)
+            todo[k] = (left > enough) & (b[k] - a[k] > REFINED * b[k])
         return where, best

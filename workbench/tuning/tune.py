@@ -26,6 +26,7 @@ from workbench.tuning.tune_result import StartReport, TunedGoal, Tuning
 
 ROUNDS = 3  # of repeating the best start with a smaller target where exact and steering values differ
 FAR = 2.0  # exact hard value beyond which steering and exact measure do not speak of the same thing: no repetition
+ROOM = 10.0  # decay asked of a stabilising start, over the least one
 ALIKE = 1e-3  # relative: soft values this close are the same; the earlier start is taken
 
 
@@ -52,7 +53,7 @@ class _End:
 
 def tune(
     models: Model | Sequence[Model], structure: Structure, goals: Sequence[Goal], *, starts: int = 4, seed: int = 0,
-    budget_seconds: float = 60.0, workers: int = 1, start=None,
+    budget_seconds: float = 60.0, workers: int = 1, start=None, min_decay: float | None = None,
     on_progress: Callable[[Progress], bool | None] | None = None,
 ) -> Tuning:  # fmt: skip
     """The structure's free parameters for which the largest soft goal is small and every hard goal is met.
@@ -74,6 +75,10 @@ def tune(
         Processes; starts run side by side if more than one (a script then needs the `if __name__ == "__main__"` guard).
     start : (n,), optional
         Values of the free parameters for the first start.
+    min_decay : float, optional
+        Least decay of every closed-loop pole [1/s], for sampled loops of log|z|/h; 1e-7 of the fastest pole at the
+        structure's start (of a sampled loop: of its Nyquist frequency) if left out. Without it an integrator whose gain
+        goes to zero leaves a pole at zero that rounding calls stable.
     on_progress : Progress → bool, optional
         Called after each step, after each start if workers > 1; True ends the search, and the best so far is verified.
 
@@ -96,21 +101,23 @@ def tune(
         raise InputError(f"models must have distinct names; got {names}. Rename the doubled one.")
     if starts < 1 or workers < 1:
         raise InputError(f"starts and workers must be at least 1; got {starts!r} and {workers!r}.")
+    if min_decay is not None and not (math.isfinite(min_decay) and min_decay >= 0):
+        raise InputError(f"min_decay must be zero or more [1/s]; got {min_decay!r}. Leave it out for the usual.")
     labelled = [Labelled(model.name, model) for model in given]
     return tune_labelled(
         labelled, structure, list(goals), starts=starts, seed=seed, budget_seconds=budget_seconds, workers=workers,
-        start=start, on_progress=on_progress,
+        start=start, on_progress=on_progress, min_decay=min_decay,
     )  # fmt: skip
 
 
 def tune_labelled(
     models: list[Labelled], structure: Structure, goals: list[Goal], *, starts: int, seed: int, budget_seconds: float,
-    workers: int, start, on_progress, refuse: bool = True,
+    workers: int, start, on_progress, refuse: bool = True, min_decay: float | None = None,
 ) -> Tuning:  # fmt: skip
     """`tune` for labelled models; with refuse=False a hard goal that is not met is reported, not raised."""
     begun = perf_counter()
     with threadpool_limits(1):  # small matrices: more threads only wait for each other
-        programme = Programme(models, structure, goals)
+        programme = Programme(models, structure, goals, min_decay)
         centre = structure.start if start is None else np.asarray(start, float).ravel()
         if centre.shape != structure.start.shape:
             raise InputError(
@@ -120,7 +127,7 @@ def tune_labelled(
         if len(centre) and not np.all((centre >= box[:, 0]) & (centre <= box[:, 1])):
             raise InputError("start must lie within the structure's bounds; move it or widen them.")
         if workers > 1 and starts > 1:
-            ends = _side_by_side(models, structure, goals, centre, starts, seed, budget_seconds, workers, on_progress)
+            ends = _side_by_side(models, programme, centre, starts, seed, budget_seconds, workers, on_progress)
         else:
             ends = _one_by_one(programme, centre, starts, seed, budget_seconds, on_progress)
         best = _best(ends)
@@ -155,6 +162,7 @@ def _run_start(programme: Programme, centre: np.ndarray, k: int, seed: int, budg
     try:
         stable = stabilise(
             programme.loops, structure, start=theta, starts=3, seed=seed + k, budget_seconds=budget / 2,
+            margin=ROOM * programme.min_decay or None,
             on_step=lambda x, value: told is not None and told("stabilising", x, math.inf, math.inf),
         )  # fmt: skip
     except InfeasibleError as error:
@@ -164,12 +172,12 @@ def _run_start(programme: Programme, centre: np.ndarray, k: int, seed: int, budg
 
 
 def _in_process(payload) -> _End:
-    models, structure, goals, centre, k, seed, budget = payload
+    models, structure, goals, min_decay, centre, k, seed, budget = payload
     with threadpool_limits(1):
-        return _run_start(Programme(models, structure, goals), centre, k, seed, budget, None)
+        return _run_start(Programme(models, structure, goals, min_decay), centre, k, seed, budget, None)
 
 
-def _side_by_side(models, structure, goals, centre, starts, seed, budget, workers, on_progress) -> list[_End]:
+def _side_by_side(models, programme, centre, starts, seed, budget, workers, on_progress) -> list[_End]:
     """Starts on spawned processes; results in the order of the starts."""
     from concurrent.futures import ProcessPoolExecutor, as_completed
     from multiprocessing import get_context
@@ -177,7 +185,8 @@ def _side_by_side(models, structure, goals, centre, starts, seed, budget, worker
     begun, share = perf_counter(), budget * min(workers, starts) / starts
     ends: list[_End] = []
     with ProcessPoolExecutor(min(workers, starts), mp_context=get_context("spawn")) as pool:
-        waiting = [pool.submit(_in_process, (models, structure, goals, centre, k, seed, share)) for k in range(starts)]
+        shared = (models, programme.structure, list(programme.goals), programme.min_decay, centre)
+        waiting = [pool.submit(_in_process, (*shared, k, seed, share)) for k in range(starts)]
         for done in as_completed(waiting):
             if done.cancelled():
                 continue

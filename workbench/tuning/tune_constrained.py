@@ -159,7 +159,7 @@ class _Descent:
     ) -> Minimum:  # fmt: skip
         programme, target = self._programme, self._target
 
-        def pieces(x: np.ndarray):
+        def goals(x: np.ndarray):
             here = programme.at(x)
             if here is None:
                 return []
@@ -168,6 +168,14 @@ class _Descent:
                 over = [(rho * (v / target - 1), rho * g / target) for v, g in here.hard] + [(0.0, 0.0)]
                 return [(f + v, df + dv) for f, df in soft for v, dv in over]
             return soft + ([(v / target, g / target) for v, g in here.hard] if hard else [])
+
+        size = max((value for value, _ in goals(theta)), default=1.0)
+        size = size if size > 0 else 1.0
+
+        def pieces(x: np.ndarray):
+            """The goals, and the decay as a constraint that binds where it is that of the start's largest value."""
+            here = programme.at(x)
+            return [] if here is None else goals(x) + [(size * v, size * g) for v, g in here.decay]
 
         def told(x: np.ndarray, value: float) -> bool:
             here = programme.at(x)

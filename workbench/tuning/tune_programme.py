@@ -21,6 +21,9 @@ from workbench.tuning.loop import Loop
 from workbench.tuning.model import Model
 from workbench.tuning.stabilise import Abscissa
 
+LEAST_DECAY = 1e-7  # usual least decay over the fastest pole: a billion times what rounding makes of a pole at zero
+NEAR_EDGE = 1e2  # least decays from the axis within which slow poles are pieces
+
 Pieces = list[tuple[float, np.ndarray]]
 
 
@@ -41,10 +44,14 @@ class Task(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Smooth:
-    """All goals at one theta: pieces (value, gradient (n,)) of the soft and of the hard ones; None if unstable."""
+    """All goals at one theta: pieces (value, gradient (n,)) of the soft and of the hard ones.
+
+    `decay` holds least decay / decay of the slowest poles: 1 where the least is reached, those below 0.01 left out.
+    """
 
     soft: Pieces
     hard: Pieces
+    decay: Pieces
 
     @property
     def largest_soft(self) -> float:
@@ -58,7 +65,9 @@ class Smooth:
 class Programme:
     """The tuning problem of a set of models."""
 
-    def __init__(self, models: Sequence[Labelled], structure: Structure, goals: Sequence[Goal]) -> None:
+    def __init__(
+        self, models: Sequence[Labelled], structure: Structure, goals: Sequence[Goal], min_decay: float | None = 0.0
+    ) -> None:
         if not models or not goals:
             raise InputError(
                 f"a tuning must have at least one model and one goal; got {len(models)} and {len(goals)}. Give both."
@@ -78,11 +87,22 @@ class Programme:
                 raise InputError(
                     f"goal {goal.name!r} must hold for a model that is given; there are {names}. Mend its models."
                 )
+        self.min_decay = self._usual_decay() if min_decay is None else min_decay
         self._last: tuple[bytes, Smooth | None] | None = None
         self.evaluations = 0
 
+    def _usual_decay(self) -> float:
+        """1e-7 of the fastest pole at the structure's start, of a sampled loop of its Nyquist frequency [1/s]."""
+        K = self.structure.controller()
+        fastest = 0.0
+        for loop in self.loops:
+            poles = loop.poles(K) if loop.sample_time is None else np.array([math.pi / loop.sample_time])
+            size = np.abs(poles)
+            fastest = max(fastest, float(size[np.isfinite(size)].max(initial=0.0)))
+        return LEAST_DECAY * fastest
+
     def at(self, theta: np.ndarray) -> Smooth | None:
-        """Every goal's near-active pieces; None where a loop is unstable or a goal has no value."""
+        """Every goal's near-active pieces; None where a loop decays too slowly or a goal has no value."""
         key = np.ascontiguousarray(theta).tobytes()
         if self._last is None or self._last[0] != key:
             self._last = (key, self._evaluated(theta))
@@ -90,10 +110,15 @@ class Programme:
 
     def _evaluated(self, theta: np.ndarray) -> Smooth | None:
         self.evaluations += 1
-        if not self.abscissa.value(theta) < 0:
+        slowest = self.abscissa.value(theta)
+        if not (slowest < -self.min_decay and slowest < 0):
             return None
         K = self.structure.controller(theta)
-        found = Smooth([], [])
+        found = Smooth([], [], [])
+        if -slowest < NEAR_EDGE * self.min_decay:
+            for value, gradient in self.abscissa(theta):
+                if 0 < -value < NEAR_EDGE * self.min_decay:
+                    found.decay.append((-self.min_decay / value, self.min_decay / value**2 * gradient))
         for task in self.tasks:
             value = task.bound.evaluate(K)
             if not math.isfinite(value.value):
