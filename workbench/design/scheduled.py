@@ -32,7 +32,9 @@ from workbench.result import Result, Row
 BACK_OFF = 5e-3  # relative distance kept from every limit while tuning: a smooth curve passes between its points
 ROUNDS = 8  # of exchange; each adds the worst speed of every stretch that fails
 FIRST_LOOK = 4  # every fourth speed of the dense check; all of them once these hold
-HOMOTOPY = (1.5, 1.2, 1.0)  # multiples of the allowed peak sensitivity, in turn
+# Share of the way from cruise to every speed, and multiples of the allowed peak sensitivity solved in turn there:
+# constant gains are unstable at the far end, and a solver that starts there need not come back.
+GROWTH = ((0.3, (1.2, 1.0)), (0.6, (1.0,)), (0.8, (1.0,)))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -186,6 +188,17 @@ def schedule_design(
         return _exchanged(problem, plan, plants, first, on_round, began, time_budget)
 
 
+def _grown(problem, plan: Plan, plants: PlantFamily, unit: tuple[float, float], speeds, x: np.ndarray) -> np.ndarray:
+    """A start for the whole range, from speeds near the first one that move away from it in steps."""
+    own, *others = speeds
+    for share, factors in GROWTH:
+        near = [own + share * (v - own) for v in others]
+        chart = PolynomialChart(problem, [own, *near], *unit, plan.degree)
+        models = [_model(plants, plan, v) for v in near]
+        x = tuned(Family(Programme(problem, back_off=BACK_OFF), models, chart, back_off=BACK_OFF), x, factors).x
+    return x
+
+
 def _exchanged(problem, plan: Plan, plants: PlantFamily, first: Design, on_round, began, budget) -> ScheduledDesign:
     """Rounds of tuning and dense check until the check holds."""
     low, high = plan.range
@@ -195,11 +208,10 @@ def _exchanged(problem, plan: Plan, plants: PlantFamily, first: Design, on_round
     chart = PolynomialChart(problem, [own, *speeds], centre, scale, plan.degree)
     models = [_model(plants, plan, v) for v in speeds]
     family = Family(Programme(problem, back_off=BACK_OFF), models, chart, back_off=BACK_OFF)
-    x = chart.x(first.gains)
-    outcome, factors = None, HOMOTOPY
+    x = _grown(problem, plan, plants, (centre, scale), [own, *speeds], chart.x(first.gains))
     for number in range(1, ROUNDS + 1):
-        outcome = tuned(family, x, factors)
-        x, factors = outcome.x, (1.0,)
+        outcome = tuned(family, x, (1.0,))
+        x = outcome.x
         schedule = Schedule(
             centre=centre, scale=scale, range=plan.range, coefficients=chart.coefficients(x), points=(*speeds, own)
         )
