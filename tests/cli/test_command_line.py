@@ -72,6 +72,18 @@ def test_the_shell_completes_problem_names(typed, offered):
     assert done.stdout.split() == offered
 
 
+def test_an_analysis_writes_its_report_for_good_and_for_unstable_gains(command, report_gains, tmp_path):
+    done = command("analyse", "heave", "--report", tmp_path / "good.html", "--json")
+    assert strict(done.out)["report"] == str(tmp_path / "good.html")
+    assert "all 6 requirements met" in (tmp_path / "good.html").read_text()
+    done = command("analyse", "revenue_vehicle", "--gains", report_gains, "--report", tmp_path / "bad.html")
+    assert done.code == 0
+    assert "requirements missed" in (tmp_path / "bad.html").read_text()
+    done = command("analyse", "heave", "--report", tmp_path)
+    assert done.code == 2
+    assert len(done.err.strip().splitlines()) == 1
+
+
 def test_analysis_as_json_has_the_keys_that_others_read(command, report_gains):
     done = command("analyse", "report_1975", "--json")
     assert done.code == 0

@@ -31,13 +31,16 @@ def analyse(
         typer.Option(help="Gain table, or TOML/JSON mapping of the seventeen names; the approved gains if left out."),
     ] = None,
     speed: Speed = None,
+    report: Annotated[Path | None, typer.Option(help="File for a report in HTML.")] = None,
     json: Json = False,
 ) -> None:
     """Poles, damping, margins, ride, stroke, current and power for given gains."""
     from workbench.analysis.full import full_analysis
     from workbench.commands.output import emit_json, emit_rows, emit_table
+    from workbench.design.design import given
     from workbench.errors import InputError
     from workbench.export.problem import load_problem, read_gains
+    from workbench.export.report import write_report
     from workbench.result import figure
 
     loaded = load_problem(problem, speed=speed)
@@ -48,8 +51,10 @@ def analyse(
             f"or run 'workbench design {problem}'."
         )
     result = full_analysis(loaded.setting, chosen, loaded.name)
+    if report is not None:
+        write_report(given(loaded, chosen, analysis=result.analysis), report)
     if json:
-        emit_json(result.to_dict())
+        emit_json(result.to_dict() | ({} if report is None else {"report": str(report)}))
         return
     emit_rows(f"{loaded.title}", result.analysis.rows())
     emit_table(
@@ -59,3 +64,5 @@ def analyse(
     )
     for title, columns, rows in result.tables():
         emit_table(title, columns, rows)
+    if report is not None:
+        typer.echo(f"report  {report}")

@@ -105,6 +105,18 @@ class Design(Result):
         ]
 
 
+def given(problem: Problem, gains: Gains, *, analysis: Analysis | None = None, solver: str = "given") -> Design:
+    """Gains from anywhere, judged as a design's are, whether they meet the requirements or not.
+
+    analysis : of these gains, if it is at hand already;  solver : who found them, in a word
+    """
+    analysis = analyse(problem.setting, gains, problem.name) if analysis is None else analysis
+    return Design(
+        problem=problem, gains=gains, analysis=analysis, requirements=verdicts(problem, analysis), starts=(),
+        binding=(), seed=0, solver=solver,
+    )  # fmt: skip
+
+
 def design(
     problem: Problem,
     *,
@@ -337,4 +349,4 @@ def _miss(v: Verdict) -> float:
     return (v.value / v.limit - 1) * (1 if v.sense == "<=" else -1)
 
 
-__all__ = ["GAIN_NAMES", "Design", "Start", "design", "exact_peaks", "rounded"]
+__all__ = ["GAIN_NAMES", "Design", "Start", "design", "exact_peaks", "given", "rounded"]

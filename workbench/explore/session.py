@@ -123,14 +123,9 @@ class Session:
 
     def design(self):
         """The present gains as a `Design` record, met or not."""
-        from workbench.design.design import Design, Start
+        from workbench.design.design import given
 
-        shot = self.snapshot
-        start = Start(number=0, cost=shot.analysis.cost or 0.0, violation=0.0, evaluations=1, message="explored")
-        return Design(
-            problem=self.problem, gains=self.gains, analysis=shot.analysis, requirements=shot.requirements,
-            starts=(start,), binding=(), seed=0, solver="explorer",
-        )  # fmt: skip
+        return given(self.problem, self.gains, analysis=self.snapshot.analysis, solver="explorer")
 
     def write_table(self, path: Path | str) -> Path:
         """The present design as a gain table; at the nominal operating point only, of which the table speaks."""
