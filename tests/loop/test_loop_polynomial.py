@@ -93,7 +93,8 @@ def test_symbolic_coefficients_take_the_exact_values_at_numbers(extras, part):
 
 @pytest.mark.parametrize("part", GROUPS)
 def test_the_determinant_is_the_one_of_exact_rational_elimination(part):
-    flint = pytest.importorskip("flint")
+    import flint
+
     matrix = loop_polynomial(report_model().plant, report_law(), part, report_gains()).matrix
     polynomial, blocks, n = matrix.exact_determinant(), matrix.blocks(), matrix.size
 

@@ -277,7 +277,8 @@ def test_designs_record_their_gains_and_infeasible_ones_their_reason(study_file,
 
 
 def test_a_parquet_table_carries_its_provenance(study_file, tmp_path):
-    pq = pytest.importorskip("pyarrow.parquet")
+    import pyarrow.parquet as pq
+
     file = study_file(20)
     file.write_text(file.read_text().replace('"csv"', '"parquet"'))
     result = run_study(read_study(file), tmp_path / "out")
@@ -292,7 +293,8 @@ def test_a_parquet_table_carries_its_provenance(study_file, tmp_path):
 
 
 def test_a_csv_table_reads_back_to_the_same_numbers(study_file, tmp_path):
-    pd = pytest.importorskip("pandas")
+    import pandas as pd
+
     result = run_study(read_study(study_file(20)), tmp_path / "out")
     frame = pd.read_csv(result.table, comment="#")
     assert frame["damping"].tolist() == result.columns["damping"]

@@ -133,24 +133,14 @@ def speed_family(
 # ---- forces of a coil set
 
 
-def force_family(
-    problem: Problem, range: tuple[float, float], *, degree: int = 8, decimals: int | None = DECIMALS
-) -> SpeedFamily:
-    """Forces of one coil set in level flight over a range of speeds, as printed polynomials.
+def force_numbers(law: Any) -> dict[str, float]:
+    """What a proof over speeds needs of a force law (anything with `forces` and `drag_ratio` of `forces.law`).
 
     Numbers: "lift,k", "lateral,k", "moment,k" with k = 0 the force at rest [N, N, N m] and k = 1 … 4 its derivatives by
     gap, lateral gap [1/m], roll [1/rad] and current ratio [1]; "drag_ratio", K_1 = f_D/f_L, and "lift_to_drag" = 1/K_1,
-    which is the smoother of the two. The lift at rest carries the weight and does not change. The plant is affine in
-    each force and in K_1; times lift_to_drag, it is a polynomial of the speed without K_1.
+    which is the smoother of the two. The plant is affine in each force and in K_1; times lift_to_drag, it is a
+    polynomial of the speed without K_1.
     """
-    return speed_family(
-        lambda speed: force_numbers(problem.at({"speed_m_s": speed}).vehicle.force_law), range, degree=degree,
-        decimals=decimals,
-    )  # fmt: skip
-
-
-def force_numbers(law: Any) -> dict[str, float]:
-    """The numbers of `force_family` of a force law (anything with `forces` and `drag_ratio` of `forces.law`)."""
     table = _first_order(law)
     out = {f"{kind},{k}": float(x) for kind, row in zip(FORCES, table, strict=True) for k, x in enumerate(row)}
     return {**out, "drag_ratio": float(law.drag_ratio), "lift_to_drag": 1 / float(law.drag_ratio)}
