@@ -12,6 +12,10 @@ class InfeasibleError(RuntimeError):
     """A requirement that cannot be met; the message names what binds, where and by how much. Exit code 1."""
 
 
+class BudgetEnded(InfeasibleError):
+    """The time given was over before there was an answer. Exit code 1: nothing is known to be met."""
+
+
 def unknown_name(kind: str, given: str, known: Iterable[str]) -> InputError:
     """The refusal of a name that is not one of `known`, with the nearest one that is.
 

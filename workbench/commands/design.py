@@ -52,13 +52,13 @@ def design(
     from workbench.design.robustness import robustness
     from workbench.errors import InputError
     from workbench.export.problem import load_problem, tuning_folder
-    from workbench.export.reading import check_writable, write_text
     from workbench.export.report import report_html
     from workbench.export.report_schedule import with_schedule
     from workbench.export.table import signed, table_from_design, table_json
     from workbench.export.table_schema import SchedulePart
     from workbench.result import figure
     from workbench.vehicle import varied
+    from workbench.writing import check_folder, write_text
 
     plant_alone = tuning_folder(problem)
     if plant_alone is not None:
@@ -66,7 +66,7 @@ def design(
             raise InputError(f"{problem!r} has no vehicle; --fix, --speed and --robust are not for it. Leave them out.")
         return design_tuning(plant_alone, out, solver=solver, json=json)
     loaded = load_problem(problem, speed=speed).with_fixed(parse_fixed(fix))
-    check_writable(out)
+    check_folder(out)
     scheduled = borne = None
     with progress(json) as show:
         step = show("starts", starts)

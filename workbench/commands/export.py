@@ -32,8 +32,9 @@ def export(
     from workbench.commands.output import emit_json
     from workbench.errors import InputError
     from workbench.export.digital import digital_check, with_sample_time
-    from workbench.export.formats import render, suffix, write_bytes
+    from workbench.export.formats import render, suffix
     from workbench.export.table import read_table
+    from workbench.writing import write_bytes
 
     ending = suffix(format)
     loaded = read_table(table)

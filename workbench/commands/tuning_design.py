@@ -20,16 +20,16 @@ def design_tuning(folder: Path, out: Path, *, solver: str, json: bool) -> None:
     from workbench.convex.restriction import restriction
     from workbench.convex.smooth_tuner import smooth_tuning
     from workbench.errors import InfeasibleError, unknown_name
-    from workbench.export.reading import check_writable, write_text
     from workbench.export.tuning_problem import load_tuning_problem
     from workbench.export.tuning_table import DIGITS, requirements, tuning_table
     from workbench.result import figure
+    from workbench.writing import check_folder, write_text
 
     solvers = {"slsqp": smooth_tuning, "restriction": restriction}
     if solver not in solvers:
         raise unknown_name("solver of a tuning problem", solver, solvers)
     problem = load_tuning_problem(folder)
-    check_writable(out)
+    check_folder(out)
     begin = perf_counter()
     with progress(json) as show:
         step = show("steps", MOST_STEPS)

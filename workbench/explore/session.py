@@ -141,7 +141,7 @@ class Session:
 
     def save(self, path: Path | str) -> None:
         """Writes gains, operating point and pins as JSON, beside and renamed."""
-        from workbench.export.reading import write_text
+        from workbench.writing import write_text
 
         write_text(Path(path), json.dumps(self.to_dict(), indent=1, ensure_ascii=False) + "\n")
 

@@ -9,10 +9,9 @@ What goes into a controller (mat, c) is checked first in the sampled loop with t
 import csv
 from collections.abc import Callable
 from io import StringIO
-from pathlib import Path
 
 from workbench.control import GAIN_NAMES, GAIN_UNITS
-from workbench.errors import InputError, unknown_name
+from workbench.errors import unknown_name
 from workbench.export.c_header import c_header
 from workbench.export.matlab import mat_bytes
 from workbench.export.table import GainTable, table_json
@@ -75,19 +74,6 @@ def render(table: GainTable, format: str, *, computing_delay: float = 0.0) -> by
     """
     content = _writer(format)[1](table, computing_delay)
     return content if isinstance(content, bytes) else content.encode("utf-8")
-
-
-def write_bytes(path: Path, content: bytes) -> None:
-    """Writes beside and renames, so that a file is either the old one or the whole new one."""
-    beside = path.with_name(f".{path.name}.part")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        beside.write_bytes(content)
-        beside.replace(path)
-    except OSError as error:
-        raise InputError(
-            f"{path} must be writable; {error.strerror or error}. Choose another place with --out."
-        ) from error
 
 
 def _writer(format: str) -> tuple[str, Callable[[GainTable, float], str | bytes]]:

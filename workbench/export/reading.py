@@ -56,29 +56,3 @@ def _without_repeats(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
         keys = [key for key, _ in pairs]
         raise ValueError(f"key {next(k for k in keys if keys.count(k) > 1)[:60]!r} is given twice")
     return mapping
-
-
-def write_text(path: Path, text: str) -> None:
-    """Writes beside and renames, so that a file is either the old one or the whole new one."""
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        beside = path.with_name(f".{path.name}.part")
-        beside.write_text(text, encoding="utf-8")
-        beside.replace(path)
-    except OSError as error:
-        raise InputError(
-            f"{path} must be writable; {error.strerror or error}. Choose another folder with --out."
-        ) from error
-
-
-def check_writable(folder: Path) -> None:
-    """Makes the folder now, so that hours of work do not end at a wrong path."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        probe = folder / ".writable"
-        probe.write_text("", encoding="utf-8")
-        probe.unlink()
-    except OSError as error:
-        raise InputError(
-            f"{folder} must be a folder that can be written to; {error.strerror or error}. Choose another with --out."
-        ) from error

@@ -16,11 +16,11 @@ from workbench.design.design import Design
 from workbench.design.requirement import Verdict
 from workbench.design.tradeoff import TradeOff
 from workbench.errors import InputError
-from workbench.export.reading import write_text
 from workbench.export.report_figures import nyquist_figures, root_figures, spectrum_figures, trade_off_figures
 from workbench.export.report_style import style_sheet, table_block
 from workbench.export.table import GainTable
 from workbench.result import figure as digits
+from workbench.writing import write_text
 
 UNSTABLE = "The loop is unstable under these gains: it has no stationary response, and no spectra or margins."
 

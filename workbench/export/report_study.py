@@ -9,7 +9,6 @@ from pathlib import Path
 
 import numpy as np
 
-from workbench.export.reading import write_text
 from workbench.export.report_style import NAMED_FRAME, WIDE_FRAME, figure_block, style_sheet, svg_figure, table_block
 from workbench.plots.study import histogram, plot_front, plot_histogram, plot_scatter, plot_sensitivity, thinned
 from workbench.result import figure as digits
@@ -18,6 +17,7 @@ from workbench.study.pareto import objectives
 from workbench.study.run import StudyResult
 from workbench.study.sensitivity import Index
 from workbench.study.summary import LEVELS
+from workbench.writing import write_text
 
 MOST_FIGURES = 8  # quantities with pictures of their own; the others are in the tables
 LISTED = 40  # rows of the table behind a scatter

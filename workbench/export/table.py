@@ -23,7 +23,7 @@ from workbench.control.discrete import DiscreteLaw, discretise
 from workbench.control.law import Actuator
 from workbench.errors import InputError
 from workbench.export.certificate import certificate_of, plant_part
-from workbench.export.reading import read_mapping, write_text
+from workbench.export.reading import read_mapping
 from workbench.export.table_schema import (
     CertificatePart,
     Decimal,
@@ -41,6 +41,7 @@ from workbench.export.table_schema import (
 )
 from workbench.lti import Plant
 from workbench.result import Result, Row
+from workbench.writing import write_text
 
 FORMAT = "maglev-workbench gain table"
 VERSION = 1

@@ -17,7 +17,6 @@ from typing import Any
 import numpy as np
 
 from workbench.errors import InputError, unknown_name
-from workbench.export.reading import write_text
 from workbench.result import Result, Row, plain
 from workbench.study.definition import Limit, Study, sha256
 from workbench.study.executor import cluster, local, serial
@@ -30,6 +29,7 @@ from workbench.study.store import Piece, missing, opened
 from workbench.study.summary import Failing, Spread, failing, spread_of
 from workbench.study.table import write_study
 from workbench.study.task import Task
+from workbench.writing import write_text
 
 PIECE = {"batch": 512, "analyse": 8, "design": 1}  # rows kept at a time: a sixth of a second, and one design
 WORTH_IT = 20_000  # rows of batches below which other processes cost more than they bring

@@ -18,6 +18,7 @@ from typing import Any
 from workbench.errors import InputError
 from workbench.export.reading import read_mapping
 from workbench.study.definition import sha256
+from workbench.writing import BEGUN, open_lock, write_text
 
 FORMAT = "maglev-workbench study"
 MANIFEST, ROWS, LOCK = "study.json", "rows", "study.lock"
@@ -40,12 +41,12 @@ class Store:
         self.folder, self.sha256 = folder, sha256(identity)
         try:
             (folder / ROWS).mkdir(parents=True, exist_ok=True)
-            self._lock = (folder / LOCK).open("w")
         except OSError as error:
             raise InputError(
                 f"{folder} must be a folder that can be written to; {error.strerror or error}. "
                 "Choose another with --out."
             ) from error
+        self._lock = os.fdopen(open_lock(folder / LOCK), "w")
         try:
             fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError as error:
@@ -69,7 +70,7 @@ class Store:
             manifest.unlink(missing_ok=True)
             for path in self._files():
                 path.unlink()
-        for path in (self.folder / ROWS).glob(".*.part"):  # of a run that was killed while writing
+        for path in (self.folder / ROWS).glob(BEGUN):  # of a run that was killed while writing
             path.unlink()
         if not manifest.exists():
             if self._files():
@@ -108,12 +109,7 @@ class Store:
         self._write(self.folder / ROWS / f"{piece.first:08d}.json", document)
 
     def _write(self, path: Path, document: dict[str, Any]) -> None:
-        beside = path.with_name(f".{path.name}.part")
-        with beside.open("w", encoding="utf-8") as file:
-            json.dump(document, file, allow_nan=False, ensure_ascii=False)
-            file.flush()
-            os.fsync(file.fileno())
-        beside.replace(path)
+        write_text(path, json.dumps(document, allow_nan=False, ensure_ascii=False))
 
 
 @contextmanager

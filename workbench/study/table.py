@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from workbench.errors import InputError
-from workbench.export.reading import write_text
+from workbench.writing import replacing, write_text
 
 METADATA = b"workbench"
 
@@ -32,9 +32,8 @@ def write_study(path: Path, columns: Mapping[str, Sequence], provenance: Mapping
     table = pa.table({name: _typed(pa, name, list(values)) for name, values in columns.items()})
     text = json.dumps(provenance, sort_keys=True, ensure_ascii=False)
     table = table.replace_schema_metadata({METADATA: text.encode()})
-    beside = path.with_name(f".{path.name}.part")
-    pq.write_table(table, beside)
-    beside.replace(path)
+    with replacing(path) as file:
+        pq.write_table(table, file)
 
 
 def _typed(pa, name: str, values: list):
