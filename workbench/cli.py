@@ -10,6 +10,7 @@ import typer
 
 from workbench.commands import COMMANDS
 from workbench.errors import InfeasibleError, InputError
+from workbench.threads import keep_one_thread
 
 app = typer.Typer(
     name="workbench",
@@ -24,6 +25,7 @@ for command in COMMANDS:
 
 def main(arguments: list[str] | None = None) -> None:
     """Runs one command and leaves with its exit code."""
+    keep_one_thread()  # nothing has loaded NumPy yet
     sys.exit(run(arguments))
 
 

@@ -22,6 +22,7 @@ from workbench.design.steering import Programme
 from workbench.design.verdict import verdicts
 from workbench.errors import InfeasibleError, InputError
 from workbench.result import Result, Row
+from workbench.threads import keep_one_thread, one_thread
 
 DIGITS = 6  # significant digits of a gain as printed; the rounded gains are what is verified
 BACK_OFFS = (
@@ -152,8 +153,6 @@ def design(
     """
     if starts < 1:
         raise InputError(f"the number of starts must be at least 1; got {starts}.")
-    from threadpoolctl import threadpool_limits
-
     if models:
         from workbench.design.model import Variation, sentence
         from workbench.design.robust import robust_design
@@ -163,7 +162,7 @@ def design(
         return robust_design(problem, Variation(models=named), start=start, **options).design
     programme = Programme(problem, back_off=BACK_OFFS[0])  # refuses what cannot be designed, before any process starts
     jobs = jobs_of(problem, starts, seed, solver, start)
-    with threadpool_limits(1):  # matrices of order 15 are slower on two threads than on one
+    with one_thread():  # matrices of order 15 are slower on two threads than on one
         outcomes, log = relaxed_starts(problem, jobs, workers, on_start)
         return finished(problem, programme, [o.x for o in distinct(outcomes)[:FINISHED]], tuple(log), seed, solver)
 
@@ -173,9 +172,7 @@ def refine(problem: Problem, start: Gains, *, solver: str = "slsqp") -> Design:
 
     Raises InfeasibleError like `design`; the starting gains must be stable or nearly so.
     """
-    from threadpoolctl import threadpool_limits
-
-    with threadpool_limits(1):
+    with one_thread():
         programme = Programme(problem, back_off=BACK_OFFS[0])
         return finished(problem, programme, [programme.x(start)], (), 0, solver)
 
@@ -258,9 +255,7 @@ _prepared: list[_Runner] = []  # of a worker process; one at most
 
 
 def _prepare(problem: Problem) -> None:
-    from threadpoolctl import threadpool_limits
-
-    threadpool_limits(1)
+    keep_one_thread()
     _prepared[:] = [_Runner(problem)]
 
 

@@ -36,6 +36,7 @@ from workbench.design.verdict import verdicts
 from workbench.design.worst import Search, Worst, in_words, judged_model, same_model, shortfall
 from workbench.errors import InfeasibleError, InputError
 from workbench.result import Result, Row, figure
+from workbench.threads import one_thread
 
 BACK_OFF = BACK_OFFS[1]  # relative distance kept from every limit: what a model between two of the set may exceed
 ROUNDS = 12
@@ -102,13 +103,11 @@ def robust_design(
     InputError
         If there is nothing to vary, or the problem cannot be designed.
     """
-    from threadpoolctl import threadpool_limits
-
     variation = variation or problem.variation
     if variation is None:
         raise InputError(f"problem {problem.name!r} names no variation; give one, or describe it under [variation].")
     began = monotonic()
-    with threadpool_limits(1):
+    with one_thread():
         programme = Programme(problem, back_off=BACK_OFF)
         search = Search(problem, variation, seed)
         if start is None:

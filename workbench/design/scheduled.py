@@ -28,6 +28,7 @@ from workbench.design.steering import Programme
 from workbench.design.verdict import margin_verdicts, verdicts
 from workbench.errors import InfeasibleError, InputError
 from workbench.result import Result, Row
+from workbench.threads import one_thread
 
 BACK_OFF = 5e-3  # relative distance kept from every limit while tuning: a smooth curve passes between its points
 ROUNDS = 8  # of exchange; each adds the worst speed of every stretch that fails
@@ -171,8 +172,6 @@ def schedule_design(
     InputError
         If there is no plan, the problem's speed lies outside it, or the vehicle does not fly at the lowest speed.
     """
-    from threadpoolctl import threadpool_limits
-
     plan = plan or problem.plan
     if plan is None:
         raise InputError(f"problem {problem.name!r} has no schedule to design; describe one under [schedule].")
@@ -181,10 +180,10 @@ def schedule_design(
         raise InputError(f"the schedule must cover the problem's own speed of {own:g} m/s; got {plan.range} m/s.")
     began = monotonic()
     if plants is None:
-        with threadpool_limits(1):
+        with one_thread():
             plants = plant_family(problem, plan.range)
     first = cruise or design(problem, starts=starts, seed=seed, solver=solver, workers=workers, on_start=on_start)
-    with threadpool_limits(1):
+    with one_thread():
         return _exchanged(problem, plan, plants, first, on_round, began, time_budget)
 
 

@@ -19,6 +19,7 @@ from time import perf_counter
 from workbench.errors import InputError
 from workbench.study.store import Piece
 from workbench.study.task import Task
+from workbench.threads import keep_one_thread
 
 Ranges = Sequence[tuple[int, int]]
 AHEAD = 2  # pieces handed out for each worker
@@ -89,6 +90,7 @@ _one_at_a_time = threading.Lock()  # a cluster's worker may have threads; compil
 
 
 def _begin(task: Task) -> None:
+    keep_one_thread()
     _prepared[:] = [task]
     with suppress(ValueError):
         signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent is interrupted and ends its workers

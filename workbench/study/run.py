@@ -29,6 +29,7 @@ from workbench.study.store import Piece, missing, opened
 from workbench.study.summary import Failing, Spread, failing, spread_of
 from workbench.study.table import write_study
 from workbench.study.task import Task
+from workbench.threads import one_thread
 from workbench.writing import write_text
 
 PIECE = {"batch": 512, "analyse": 8, "design": 1}  # rows kept at a time: a sixth of a second, and one design
@@ -115,9 +116,7 @@ def run_study(
 
     An interrupt, or a kill, loses what was under way and nothing else: the same call goes on from there.
     """
-    from threadpoolctl import threadpool_limits
-
-    with threadpool_limits(1):  # small matrices, and sums that do not depend on the number of processors
+    with one_thread():  # small matrices, and sums that do not depend on the number of processors
         return _run(study, folder, workers, scheduler, fresh, size, on_rows)
 
 

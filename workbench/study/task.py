@@ -25,6 +25,7 @@ from workbench.study.definition import VEHICLE_FACTORS, Study
 from workbench.study.plants import Family, fit
 from workbench.study.quantity import document_of, needs_margins, value_at
 from workbench.study.source import Source
+from workbench.threads import one_thread
 from workbench.vehicle import varied
 
 BLOCK = 128  # rows of a batch; larger ones leave the processor's cache
@@ -78,10 +79,8 @@ class Task:
 
     def rows(self, first: int, last: int) -> list[Values]:
         """Rows first … last − 1; both at multiples of `block`, or the end."""
-        from threadpoolctl import threadpool_limits
-
         out: list[Values] = []
-        with threadpool_limits(1):
+        with one_thread():
             for start in range(first, last, self.block):
                 part = range(start, min(start + self.block, last))
                 out += self._in_batch(part) if self.batched else [self._alone(row) for row in part]

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 from time import perf_counter
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from workbench.errors import InfeasibleError, InputError
+from workbench.threads import one_thread
 from workbench.tuning.goal import Goal
 from workbench.tuning.joined import Structure
 from workbench.tuning.model import Model
@@ -116,7 +116,7 @@ def tune_labelled(
 ) -> Tuning:  # fmt: skip
     """`tune` for labelled models; with refuse=False a hard goal that is not met is reported, not raised."""
     begun = perf_counter()
-    with threadpool_limits(1):  # small matrices: more threads only wait for each other
+    with one_thread():  # small matrices: more threads only wait for each other
         programme = Programme(models, structure, goals, min_decay)
         centre = structure.start if start is None else np.asarray(start, float).ravel()
         if centre.shape != structure.start.shape:
@@ -173,7 +173,7 @@ def _run_start(programme: Programme, centre: np.ndarray, k: int, seed: int, budg
 
 def _in_process(payload) -> _End:
     models, structure, goals, min_decay, centre, k, seed, budget = payload
-    with threadpool_limits(1):
+    with one_thread():
         return _run_start(Programme(models, structure, goals, min_decay), centre, k, seed, budget, None)
 
 

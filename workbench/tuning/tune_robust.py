@@ -15,10 +15,10 @@ from dataclasses import dataclass
 from time import perf_counter
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from workbench.errors import InfeasibleError, InputError
 from workbench.result import Result, Row
+from workbench.threads import one_thread
 from workbench.tuning.goal import Goal
 from workbench.tuning.joined import Structure
 from workbench.tuning.model import Model
@@ -114,7 +114,7 @@ def tune_robust(
         )  # fmt: skip
         theta = tuning.theta
         refuse_unmet(tuning)
-        with threadpool_limits(1):
+        with one_thread():
             found = _Box(model_of, names, low, high, structure, goals, theta, generator).worst(searches)
         soft = max((value for goal, _, value in found if not goal.hard), default=-math.inf)
         hard = max((value for goal, _, value in found if goal.hard), default=-math.inf)
