@@ -22,7 +22,7 @@ from workbench.design.steering import Programme
 from workbench.design.verdict import verdicts
 from workbench.errors import InfeasibleError, InputError
 from workbench.result import Result, Row
-from workbench.threads import keep_one_thread, one_thread
+from workbench.threads import one_thread
 
 DIGITS = 6  # significant digits of a gain as printed; the rounded gains are what is verified
 BACK_OFFS = (
@@ -212,25 +212,24 @@ def relaxed_starts(problem: Problem, jobs, workers: int, on_start) -> tuple[list
     """Every start with the sensitivity relaxed; an interrupt keeps what was finished, if anything was."""
     outcomes: list[Outcome] = []
     log: list[Start] = []
-    with ExitStack() as stack:
-        if workers > 1 and len(jobs) > 1:
-            from concurrent.futures import ProcessPoolExecutor
-            from multiprocessing import get_context
+    try:
+        with ExitStack() as stack:
+            if workers > 1 and len(jobs) > 1:
+                from workbench.workers import pool
 
-            pool = ProcessPoolExecutor(workers, get_context("spawn"), initializer=_prepare, initargs=(_bare(problem),))
-            stack.callback(pool.shutdown, wait=True, cancel_futures=True)
-            results = pool.map(_run_prepared, jobs)
-        else:
-            results = map(_Runner(problem), jobs)
-        try:
+                results = stack.enter_context(pool(min(workers, len(jobs)), _prepare, _bare(problem))).map(
+                    _run_prepared, jobs
+                )
+            else:
+                results = map(_Runner(problem), jobs)
             for number, outcome in enumerate(results):
                 outcomes.append(outcome)
                 log.append(_entry(number, outcome))
                 if on_start:
                     on_start(log[-1])
-        except KeyboardInterrupt:
-            if not outcomes:
-                raise
+    except KeyboardInterrupt:
+        if not outcomes:
+            raise
     return outcomes, log
 
 
@@ -255,7 +254,6 @@ _prepared: list[_Runner] = []  # of a worker process; one at most
 
 
 def _prepare(problem: Problem) -> None:
-    keep_one_thread()
     _prepared[:] = [_Runner(problem)]
 
 

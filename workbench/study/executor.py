@@ -5,21 +5,16 @@
 Only as much is handed out as keeps everybody busy, so that an interrupt waits for little.
 """
 
-import os
-import signal
 import threading
 from collections.abc import Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
-from contextlib import suppress
+from concurrent.futures import FIRST_COMPLETED, wait
 from itertools import islice
-from multiprocessing import get_context, parent_process
-from multiprocessing.connection import wait as wait_for
 from time import perf_counter
 
 from workbench.errors import InputError
 from workbench.study.store import Piece
 from workbench.study.task import Task
-from workbench.threads import keep_one_thread
+from workbench.workers import pool
 
 Ranges = Sequence[tuple[int, int]]
 AHEAD = 2  # pieces handed out for each worker
@@ -32,19 +27,16 @@ def serial(task: Task, ranges: Ranges) -> Iterator[Piece]:
 
 def local(task: Task, ranges: Ranges, workers: int) -> Iterator[Piece]:
     """In processes of this machine."""
-    pool = ProcessPoolExecutor(workers, get_context("spawn"), initializer=_begin, initargs=(task,))
-    try:
+    with pool(workers, _begin, task) as executor:
         todo, running = iter(ranges), set()
         while True:
             while len(running) < AHEAD * workers and (one := next(todo, None)) is not None:
-                running.add(pool.submit(_prepared_rows, *one))
+                running.add(executor.submit(_prepared_rows, *one))
             if not running:
                 return
             done, running = wait(running, return_when=FIRST_COMPLETED)
             for future in done:
                 yield future.result()
-    finally:
-        pool.shutdown(wait=True, cancel_futures=True)
 
 
 def cluster(task: Task, ranges: Ranges, address: str) -> Iterator[Piece]:
@@ -90,19 +82,7 @@ _one_at_a_time = threading.Lock()  # a cluster's worker may have threads; compil
 
 
 def _begin(task: Task) -> None:
-    keep_one_thread()
     _prepared[:] = [task]
-    with suppress(ValueError):
-        signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent is interrupted and ends its workers
-    threading.Thread(target=_end_with_parent, daemon=True).start()
-
-
-def _end_with_parent() -> None:
-    """A worker whose parent was killed would wait for work for ever."""
-    parent = parent_process()
-    if parent is not None:
-        wait_for([parent.sentinel])
-        os._exit(1)
 
 
 def _prepared_rows(first: int, last: int) -> Piece:

@@ -179,14 +179,15 @@ def _in_process(payload) -> _End:
 
 def _side_by_side(models, programme, centre, starts, seed, budget, workers, on_progress) -> list[_End]:
     """Starts on spawned processes; results in the order of the starts."""
-    from concurrent.futures import ProcessPoolExecutor, as_completed
-    from multiprocessing import get_context
+    from concurrent.futures import as_completed
+
+    from workbench.workers import pool
 
     begun, share = perf_counter(), budget * min(workers, starts) / starts
     ends: list[_End] = []
-    with ProcessPoolExecutor(min(workers, starts), mp_context=get_context("spawn")) as pool:
+    with pool(min(workers, starts)) as executor:
         shared = (models, programme.structure, list(programme.goals), programme.min_decay, centre)
-        waiting = [pool.submit(_in_process, (*shared, k, seed, share)) for k in range(starts)]
+        waiting = [executor.submit(_in_process, (*shared, k, seed, share)) for k in range(starts)]
         for done in as_completed(waiting):
             if done.cancelled():
                 continue
