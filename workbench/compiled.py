@@ -11,6 +11,7 @@ import os
 import shutil
 import subprocess
 import tempfile
+import threading
 from pathlib import Path
 
 import casadi as ca
@@ -48,27 +49,39 @@ def compile_function(function: ca.Function) -> ca.Function:
 class Buffered:
     """A function with dense inputs and outputs, called on NumPy memory without conversions.
 
-    The arrays it returns are its own and are overwritten by the next call. Fixed arguments are given once.
+    The arrays it returns are its own and are overwritten by the next call from the same thread; every thread has its
+    own. Fixed arguments are given once.
     """
 
     def __init__(self, function: ca.Function, fixed: dict[int, np.ndarray] | None = None) -> None:
-        self._buffer, self._run = function.buffer()
-        self._arguments = [np.zeros(function.size_in(i), order="F") for i in range(function.n_in())]
-        self._results = [np.zeros(function.size_out(i), order="F") for i in range(function.n_out())]
-        self._function = function  # the buffer refers to it
-        for i, value in (fixed or {}).items():
-            self._arguments[i][...] = value
-        for i, array in enumerate(self._arguments):
-            self._buffer.set_arg(i, memoryview(array.T))
-        for i, array in enumerate(self._results):
-            self._buffer.set_res(i, memoryview(array.T))
+        self._function, self._fixed = function, dict(fixed or {})
+        self._own = threading.local()
 
     def __call__(self, *arguments: np.ndarray) -> list[np.ndarray]:
         """Results for the leading arguments, the fixed ones keeping their values."""
-        for own, given in zip(self._arguments, arguments, strict=False):
+        try:
+            memory = self._own.memory
+        except AttributeError:
+            memory = self._own.memory = _Memory(self._function, self._fixed)
+        for own, given in zip(memory.arguments, arguments, strict=False):
             own[...] = given.reshape(own.shape)
-        self._run()
-        return self._results
+        memory.run()
+        return memory.results
+
+
+class _Memory:
+    """Arguments and results of one thread, and the call that goes from one to the other."""
+
+    def __init__(self, function: ca.Function, fixed: dict[int, np.ndarray]) -> None:
+        self._buffer, self.run = function.buffer()
+        self.arguments = [np.zeros(function.size_in(i), order="F") for i in range(function.n_in())]
+        self.results = [np.zeros(function.size_out(i), order="F") for i in range(function.n_out())]
+        for i, value in fixed.items():
+            self.arguments[i][...] = value
+        for i, array in enumerate(self.arguments):
+            self._buffer.set_arg(i, memoryview(array.T))
+        for i, array in enumerate(self.results):
+            self._buffer.set_res(i, memoryview(array.T))
 
 
 def _from_cache(function: ca.Function, cc: str) -> ca.Function:

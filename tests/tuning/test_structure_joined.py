@@ -148,3 +148,30 @@ def test_a_structure_survives_the_way_to_another_process():
 def test_a_structure_that_cannot_be_is_refused_in_a_sentence(make, sentence):
     with pytest.raises(InputError, match=sentence):
         make()
+
+
+def test_controllers_asked_for_by_several_threads_at_once_are_each_ones_own():
+    import sys
+    import threading
+
+    joined = Structure((pid("r - y1", "u1", Kp=1, Ki=1, Kd=0.1),), "r")
+    wrong = []
+
+    def ask(seed):
+        rng = np.random.default_rng(seed)
+        for _ in range(1500):
+            theta = np.r_[rng.normal(size=3), 0.05]
+            if joined.controller(theta).C[0, 0] != theta[1]:
+                wrong.append(theta)
+
+    interval = sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)  # a switch between any two steps: with one buffer for all, dozens are wrong
+    try:
+        threads = [threading.Thread(target=ask, args=(seed,)) for seed in range(4)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+    finally:
+        sys.setswitchinterval(interval)
+    assert not wrong

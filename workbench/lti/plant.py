@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from workbench.errors import InputError, unknown_name
+from workbench.lti.fraction import from_control
 from workbench.result import Result, Row
 
 
@@ -88,17 +89,12 @@ class Plant(Result):
         >>> Plant.from_control(lag).outputs
         ('current',)
         """
-        import control
-
         if getattr(system, "dt", 0) not in (0, None):
             raise InputError(
                 f"the system must be in continuous time; got sample time {system.dt}. Convert it with d2c first."
             )
-        ss = control.ss(system)
-        return cls(
-            A=ss.A, B=ss.B, C=ss.C, D=ss.D,
-            states=tuple(ss.state_labels), inputs=tuple(ss.input_labels), outputs=tuple(ss.output_labels),
-        )  # fmt: skip
+        (A, B, C, D), states, inputs, outputs = from_control(system)
+        return cls(A=A, B=B, C=C, D=D, states=states, inputs=inputs, outputs=outputs)
 
     def to_control(self):
         """The same system as a python-control StateSpace."""

@@ -18,6 +18,7 @@ import numpy as np
 
 from workbench.errors import InputError, unknown_name
 from workbench.lti import Plant
+from workbench.lti.fraction import from_control
 from workbench.tuning.loop_delay import LinedSystem, rational
 
 MOST_SAMPLES = 2000  # of a discrete dead time; each is a state
@@ -49,6 +50,8 @@ class Model:
     lines : tuple of DelayLine
     pade_order : int
         Order of the fraction that stands for a continuous dead time in `rational`.
+    cancelled : complex numbers
+        Poles that were cancelled when the model was made, on request; see `transfer_model`.
 
     Raises
     ------
@@ -63,6 +66,7 @@ class Model:
     sample_time: float | None = None
     lines: tuple[DelayLine, ...] = ()
     pade_order: int = 4
+    cancelled: tuple[complex, ...] = ()
     inputs: tuple[str, ...] = field(init=False)
     outputs: tuple[str, ...] = field(init=False)
 
@@ -107,23 +111,22 @@ class Model:
 
     @classmethod
     def from_control(cls, system, name: str = "model") -> "Model":
-        """The same system from python-control, with its signal names and its sample time."""
-        import control
+        """The same system from python-control, with its signal names and its sample time; of any size.
 
+        A state space or a matrix of transfer functions; anything else is refused in a sentence.
+        """
         dt = getattr(system, "dt", None)
         if dt is True:
             raise InputError("a discrete system must have a sample time in seconds; got dt = True. Give dt a number.")
-        ss = control.ss(system)
-        plant = Plant(
-            A=ss.A, B=ss.B, C=ss.C, D=ss.D,
-            states=tuple(ss.state_labels), inputs=tuple(ss.input_labels), outputs=tuple(ss.output_labels),
-        )  # fmt: skip
+        (A, B, C, D), states, inputs, outputs = from_control(system)
+        plant = Plant(A=A, B=B, C=C, D=D, states=states, inputs=inputs, outputs=outputs)
         return cls(name, plant, sample_time=float(dt) if dt else None)
 
     def __repr__(self) -> str:
         time = "continuous" if self.sample_time is None else f"sampled every {self.sample_time:g} s"
+        gone = f" ({len(self.cancelled)} cancelled)" if self.cancelled else ""
         return (
-            f"<Model {self.name}: {len(self.plant.states)} states, "
+            f"<Model {self.name}: {len(self.plant.states)} states{gone}, "
             f"{', '.join(self.inputs)} → {', '.join(self.outputs)}, {len(self.lines)} dead times, {time}>"
         )
 

@@ -1,7 +1,10 @@
 """A model from a matrix of transfer functions with a dead time for each entry.
 
     num_ij(s)/den_ij(s) · e^(−s·time_ij) ──► dead times common to a column or a row go to its input or output,
-                                             the rest become delay lines inside ──► minimal states ──► Model
+                                             the rest become delay lines inside ──► states ──► Model
+
+The states are those of `lti.fraction`: every root of every denominator, whatever the numerators do. Roots that cancel
+are taken out on request, and the model says which.
 
 Source of the test plant: Wood & Berry, Chemical Engineering Science 28 (1973) 1707.
 """
@@ -10,10 +13,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from workbench.analysis.realisation import Realisation
+from workbench.analysis.realisation import Realisation, frequency_response
 from workbench.errors import InputError
 from workbench.lti import Plant
+from workbench.lti.fraction import realised
 from workbench.tuning.model import DelayLine, Model
+
+TOLERANCES = (1e-10, 1e-13)  # of `controllable_observable`, the looser one first
+SAME = 1e-8  # relative, of every entry at every frequency looked at
 
 
 def transfer_model(
@@ -26,6 +33,7 @@ def transfer_model(
     outputs: Sequence[str] | None = None,
     sample_time: float | None = None,
     pade_order: int = 4,
+    minimal: bool = False,
 ) -> Model:
     """The model of a transfer-function matrix.
 
@@ -36,6 +44,9 @@ def transfer_model(
     dead_times : (p, m) array_like, optional
         [s], not negative.
     inputs, outputs : m and p names; u1 …, y1 … if left out
+    minimal : bool
+        Whether roots that cancel, within an entry or between entries, are taken out; `cancelled` of the model holds
+        them. It is done only where every entry's response stays the same to 1e-8 of itself.
 
     Raises
     ------
@@ -61,7 +72,10 @@ def transfer_model(
     for i, j in delayed:
         rows.append([num[i][j] if k == j else np.zeros(1) for k in range(m)])
         dens.append([den[i][j] if k == j else np.ones(1) for k in range(m)])
-    A, B, C, D = _realised(rows, dens)
+    system, gone = Realisation(*realised(rows, dens)), np.zeros(0, complex)
+    if minimal:
+        system, gone = _cancelled(system)
+    A, B, C, D = system
     q = len(delayed)
     through = np.zeros((p + q, q))
     for k, (i, _) in enumerate(delayed):
@@ -80,7 +94,7 @@ def transfer_model(
         name, plant,
         input_delay=dict(zip(inputs, at_input.tolist(), strict=True)),
         output_delay=dict(zip(outputs, at_output.tolist(), strict=True)),
-        sample_time=sample_time, lines=lines, pade_order=pade_order,
+        sample_time=sample_time, lines=lines, pade_order=pade_order, cancelled=tuple(gone.tolist()),
     )  # fmt: skip
 
 
@@ -108,49 +122,25 @@ def _table(what: str, given) -> list[list[np.ndarray]]:
     return [[e if len(e) else np.zeros(1) for e in row] for row in table]
 
 
-def _realised(num: list[list[np.ndarray]], den: list[list[np.ndarray]]) -> Realisation:
-    """Minimal states of a matrix of proper fractions: entries of a column with one denominator share their states."""
-    p, m = len(num), len(num[0])
-    parts: list[tuple[int, np.ndarray, np.ndarray]] = []  # column, companion matrix, C (p, order)
-    D = np.zeros((p, m))
-    for j in range(m):
-        groups: dict[tuple[float, ...], np.ndarray] = {}
-        for i in range(p):
-            n, d = num[i][j], den[i][j]
-            if not d.any() or len(n) > len(d):
-                raise InputError(
-                    f"entry ({i + 1}, {j + 1}) must be proper with a nonzero denominator; "
-                    f"got degree {len(n) - 1} over {len(d) - 1 if d.any() else 'zero'}. Add a fast pole."
-                )
-            n, d = np.r_[np.zeros(len(d) - len(n)), n] / d[0], d / d[0]
-            D[i, j] = n[0]
-            order = len(d) - 1
-            if order and n.any():
-                C = groups.setdefault(tuple(d[1:]), np.zeros((p, order)))
-                C[i] = n[1:] - n[0] * d[1:]
-        for tail, C in groups.items():
-            companion = np.eye(len(tail), k=-1)
-            companion[0] = -np.array(tail)
-            parts.append((j, companion, C))
-    order = sum(len(companion) for _, companion, _ in parts)
-    A, B, C_all = np.zeros((order, order)), np.zeros((order, m)), np.zeros((p, order))
-    first = 0
-    for j, companion, C in parts:
-        at = slice(first, first + len(companion))
-        A[at, at], B[first, j], C_all[:, at] = companion, 1.0, C
-        first += len(companion)
-    if order == 0:
-        return Realisation(A, B, C_all, D)
-    return _minimal(Realisation(A, B, C_all, D))
+def _cancelled(system: Realisation) -> tuple[Realisation, np.ndarray]:
+    """The controllable and observable part and the poles (k,) of the rest; all of it where that is not the same system.
 
-
-def _minimal(system: Realisation) -> Realisation:
-    """The system itself where nothing cancels, otherwise its controllable and observable part."""
+    Two roots are one to a tolerance, so the answer is compared with the question, entry by entry.
+    """
     from workbench.analysis.minimal import controllable_observable
 
+    nothing = np.zeros(0, complex)
+    if len(system.A) == 0:
+        return system, nothing
     # The part does not depend on a multiple of I added to A; its tolerance is relative to A, which integrators lack
     shift = np.eye(len(system.A)) * (not system.A.any())
-    kept = controllable_observable(system.A + shift, system.B, system.C)
-    if len(kept.poles) == len(system.A):
-        return system
-    return Realisation(kept.A - shift[: len(kept.A), : len(kept.A)], kept.B, kept.C, system.D)
+    sizes = np.abs(np.linalg.eigvals(system.A))
+    sizes = sizes[sizes > 0] if sizes.any() else np.ones(1)
+    omega = np.unique(np.r_[sizes, np.geomspace(sizes.min() / 10, sizes.max() * 10, 40)]) * 1.0123  # beside the poles
+    wanted = frequency_response(*system, omega)
+    for tolerance in TOLERANCES:
+        kept = controllable_observable(system.A + shift, system.B, system.C, tolerance=tolerance)
+        part = Realisation(kept.A - shift[: len(kept.A), : len(kept.A)], kept.B, kept.C, system.D)
+        if len(part.A) < len(system.A) and np.allclose(frequency_response(*part, omega), wanted, rtol=SAME, atol=0):
+            return part, kept.removed_poles - shift[0, 0]
+    return system, nothing
