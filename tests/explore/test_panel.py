@@ -1,5 +1,6 @@
 """The panel without a browser: sliders move the session, refusals are shown, pictures are pictures."""
 
+import math
 import struct
 
 import pytest
@@ -95,3 +96,36 @@ def test_a_title_with_markup_is_shown_as_text(problem):
 
     evil = explore(replace(problem, title="<script>alert(1)</script>"))
     assert "<script>" not in evil.verdict.value
+
+
+def page_echo(slider):
+    """The value with which the page answers a slider that was set: rounded to its step from its lowest value."""
+    if hasattr(slider, "base"):
+        steps = math.floor((math.log10(slider.value) - slider.min) / slider.step + 0.5)
+        return 10 ** (slider.min + steps * slider.step)
+    return slider.min + slider.step * math.floor((slider.value - slider.min) / slider.step + 0.5)
+
+
+def test_the_values_a_page_rounds_and_sends_back_do_not_become_the_design(panel, problem):
+    panel.sliders["K_zdot"].value *= 0.97
+    press(panel, "optimise from here")
+    found, undone = panel.session.gains, len(panel.session.past)
+    assert panel.session.snapshot.met
+    echoes = {name: page_echo(slider) for name, slider in panel.sliders.items()}
+    for name, value in echoes.items():
+        panel.sliders[name].value = value
+    assert panel.session.gains == found  # to the last digit, though
+    shown = {name: value for name, value in echoes.items() if name in found.as_dict()}
+    assert {**found.as_dict(), **shown} != found.as_dict()  # the page's own values are others
+    assert len(panel.session.past) == undone
+    press(panel, "undo")
+    press(panel, "undo")
+    assert panel.session.gains == problem.gains
+
+
+def test_one_step_of_a_slider_is_a_move(panel):
+    for name in ("K_h", "tau_h", "K_zddot"):
+        slider, before = panel.sliders[name], getattr(panel.session.gains, name)
+        factor = slider.base**slider.step if hasattr(slider, "base") else None
+        slider.value = slider.value * factor if factor else slider.value + slider.step
+        assert getattr(panel.session.gains, name) == slider.value != before

@@ -113,11 +113,13 @@ def test_a_table_from_the_explorer_is_a_gain_table_of_what_is_shown(session, tmp
 def test_a_saved_exploration_comes_back_whole(session, problem, tmp_path):
     session.set(K_h=3.0)
     session.pin("kept")
+    session.set(K_zdot=0.9 * session.gains.K_zdot)
     session.vary(mass=1.05)
     session.save(tmp_path / "state.json")
     again = Session(problem)
     again.load(tmp_path / "state.json")
     assert again.to_dict() == session.to_dict()
+    assert again.moved == again.snapshot.moved == "K_zdot"
     assert again.snapshot.analysis.cost == session.snapshot.analysis.cost
 
 
@@ -126,6 +128,7 @@ def test_a_saved_exploration_comes_back_whole(session, problem, tmp_path):
     [
         ({"problem": "other"}, "must be a saved exploration of 'heave'"),
         ({"gains": {"K_h": 1.0}}, "missing K_hdot"),
+        ({"moved": "K_hh"}, "unknown gain 'K_hh'; did you mean"),
         ({"gains": 3}, "must hold gains as an object"),
         ({"factors": {"mass": "heavy"}}, "factor mass .* must be a number"),
         ({"pins": [1]}, "pins .* must be objects"),

@@ -194,17 +194,17 @@ def test_groups_checked_apart_have_the_poles_and_the_peak_of_the_whole_vehicle(t
 def test_a_table_for_heave_alone_is_checked_with_the_rest_of_the_vehicle_held():
     heave = read_table(shipped_problems()["heave"] / "approved.json")
     assert list(digital_check(heave).groups) == ["heave"]
-    assert "motions: heave\n" in render(heave, "c").decode("ascii")
+    assert "motions: heave\n" in render(heave, "c", accept=True).decode("ascii")
 
 
 def test_header_and_matlab_file_state_the_figures_of_the_sampled_loop(table):
     check = digital_check(table, 2e-4)
-    text = render(table, "c", computing_delay=2e-4).decode("ascii")
+    text = render(table, "c", computing_delay=2e-4, accept=True).decode("ascii")
     assert "computing delay: 0.2 ms" in text
     assert f"peak sensitivity: {check.worst()['peak_sensitivity']:.4g}" in text
     assert f"quantisation margin: {check.worst()['quantisation_margin']:.4g} times" in text
     assert "motions: heave/pitch, sway/roll/yaw" in text
-    found = loadmat(BytesIO(render(table, "mat", computing_delay=2e-4)), simplify_cells=True)["check"]
+    found = loadmat(BytesIO(render(table, "mat", computing_delay=2e-4, accept=True)), simplify_cells=True)["check"]
     assert found["delay_reserve"] == check.worst()["delay_reserve"]
     bare = table.model_copy(update={"plant": None})
     assert "was not checked" in render(bare, "c").decode("ascii")
@@ -244,3 +244,132 @@ def test_a_law_too_fast_for_its_sample_time_is_refused_for_the_digital_formats_o
         with pytest.raises(InputError, match=r"at most the filter's time constant tau_hp = 0\.105972 s"):
             render(slow, format)
     assert render(slow, "csv") == render(table, "csv")
+
+
+SPEEDS = (30.0, 47.3, 91.0, 134.0)
+SCHEDULE_PROGRAM = """
+#include "wb_law.h"
+#include <stdio.h>
+/* per run: a speed and the number of samples, then the samples */
+int main(void)
+{
+    double head[2], in[WB_SENSORS];
+    while (fread(head, sizeof(double), 2, stdin) == 2) {
+        wb_state state;
+        wb_init(&state);
+        wb_set_speed(&state, (wb_real)head[0]);
+        for (; head[1] > 0.5; head[1] -= 1.0) {
+            wb_real sensors[WB_SENSORS], commands[WB_COMMANDS];
+            double out[WB_COMMANDS];
+            int i;
+            if (fread(in, sizeof(double), WB_SENSORS, stdin) != WB_SENSORS) return 1;
+            for (i = 0; i < WB_SENSORS; i++) sensors[i] = (wb_real)in[i];
+            wb_step(&state, sensors, commands);
+            for (i = 0; i < WB_COMMANDS; i++) out[i] = (double)commands[i];
+            if (fwrite(out, sizeof(double), WB_COMMANDS, stdout) != WB_COMMANDS) return 2;
+        }
+    }
+    return 0;
+}
+"""
+
+
+@pytest.fixture(scope="module")
+def scheduled():
+    return read_table(shipped_problems()["scheduled_vehicle"] / "approved.json")
+
+
+@needs_compiler
+@pytest.mark.parametrize(("define", "tolerance"), [((), 1e-12), (("-DWB_FLOAT",), 1e-3)])
+def test_the_compiled_schedule_is_the_sampled_law_of_each_speed(scheduled, tmp_path, define, tolerance):
+    # double: rounding of a Horner evaluation; float: the same on coefficients that nearly cancel (direct + memory)
+    from workbench.control.discrete import discretise
+
+    (tmp_path / "wb_law.h").write_bytes(render(scheduled, "c", accept=True))
+    (tmp_path / "main.c").write_text(SCHEDULE_PROGRAM)
+    subprocess.run([COMPILER, *FLAGS, *define, "main.c", "-o", "law"], cwd=tmp_path, check=True, capture_output=True)
+    noise = np.random.default_rng(11).normal(size=(300, 16))
+    outside = {10.0: 30.0, 200.0: 134.0, float("nan"): 30.0}
+    asked = [*SPEEDS, *outside]
+    feed = b"".join(np.array([v, len(noise)]).tobytes() + noise.tobytes() for v in asked)
+    done = subprocess.run([tmp_path / "law"], input=feed, check=True, capture_output=True)
+    own = np.frombuffer(done.stdout).reshape(len(asked), len(noise), -1)
+    schedule, law = scheduled.to_schedule(), scheduled.to_law()
+    for v, commands in zip(asked, own, strict=True):
+        exact = discretise(law, schedule.gains_at(outside.get(v, v)), T).commands(noise)
+        np.testing.assert_allclose(commands, exact, atol=tolerance * np.abs(exact).max(), rtol=0)
+    cruise = render(scheduled.model_copy(update={"schedule": None}), "c", accept=True).decode("ascii")
+    assert "wb_set_speed" not in cruise
+
+
+def test_the_csv_of_a_schedule_has_a_row_for_every_speed(scheduled):
+    import pandas as pd
+
+    frame = pd.read_csv(BytesIO(render(scheduled, "csv")), header=[0, 1])
+    assert list(frame.columns) == [("speed", "m/s"), *GAIN_UNITS.items()]
+    assert frame[("speed", "m/s")].tolist() == [float(v) for v in range(30, 135)]
+    schedule = scheduled.to_schedule()
+    np.testing.assert_array_equal(frame.to_numpy()[:, 1:], schedule.table(frame[("speed", "m/s")]))
+
+
+def test_the_matlab_file_of_a_schedule_holds_its_polynomials_and_says_where_the_rest_holds(scheduled):
+    found = loadmat(BytesIO(render(scheduled, "mat", accept=True)), simplify_cells=True)["schedule"]
+    assert found["at"] == 134.0
+    t = (91.0 - found["centre"]) / found["scale"]
+    values = np.polynomial.polynomial.polyval(t, found["coefficients"].T)
+    np.testing.assert_allclose(values, scheduled.to_schedule().table([91.0])[0], rtol=1e-14)
+    assert list(found["names"]) == list(GAIN_UNITS)
+
+
+def test_cells_of_a_matlab_file_hold_text(table):
+    found = loadmat(BytesIO(render(table, "mat")))
+    groups = found["check"][0, 0]["groups"]
+    assert [str(cell[0]) for cell in groups.ravel()] == ["heave_pitch", "sway_roll_yaw"]
+
+
+@pytest.fixture(scope="module")
+def default():
+    return read_table(shipped_problems()["revenue_vehicle"] / "approved.json")
+
+
+def with_limit(table, name, limit):
+    """The table with one promise of the nominal plant changed."""
+    promises = [p.model_copy(update={"limit": limit}) if p.name == name and not p.box else p for p in table.promises]
+    return table.model_copy(update={"promises": promises})
+
+
+def test_every_promise_with_a_sampled_counterpart_stands_beside_its_sampled_value(table):
+    check = digital_check(table, 5e-4)
+    worst = check.worst()
+    assert {p.name: p.value for p in check.promises} == {
+        "damping ratio": worst["damping"], "decay rate": worst["decay"],
+        **{f"peak sensitivity, {g}": loop.peak_sensitivity.upper for g, (loop, _) in check.groups.items()},
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("name", "figure", "side"),
+    [("damping ratio", "damping", 1), ("decay rate", "decay", 1), ("peak sensitivity", "", -1)],
+)
+@pytest.mark.parametrize("format", ["c", "mat"])
+def test_a_promise_broken_by_a_hair_in_the_sampled_loop_is_refused_by_name_and_one_kept_is_not(
+    table, name, figure, side, format
+):
+    check = digital_check(table)
+    loop, _ = check.groups["sway_roll_yaw"]
+    value = check.worst()[figure] if figure else loop.peak_sensitivity.upper
+    name = name if figure else f"{name}, sway_roll_yaw"
+    bearable = table.model_copy(update={"promises": [p for p in table.promises if p.name == name]})
+    with pytest.raises(InfeasibleError, match=f"does not: {name} [<>]= "):
+        render(with_limit(bearable, name, value * (1 + side * 1e-6)), format)
+    assert render(with_limit(bearable, name, value * (1 + side * 1e-6)), format, accept=True)
+    assert render(with_limit(bearable, name, value * (1 - side * 1e-6)), format)
+
+
+def test_the_sampled_decay_is_that_of_the_groups_own_filters():
+    # heave_pitch measures no roll: a roll filter at rest, 1/tau_h = 0.25 1/s, is no pole of its loop
+    table = read_table(shipped_problems()["revenue_vehicle"] / "approved.json")
+    fast = digital_check(with_sample_time(table, 2e-5)).worst()
+    continuous = {r.name: r.value for r in table.requirements}
+    assert fast["decay"] == pytest.approx(continuous["decay rate"], rel=1e-3)
+    assert fast["damping"] == pytest.approx(continuous["damping ratio"], rel=2e-3)

@@ -17,6 +17,7 @@ from workbench.lti import Plant
 from workbench.result import Result, Row
 
 MOST_DELAY = 50  # samples; beyond, the delay line is longer than any loop here bears
+PASSED = 1e-9  # |z| of a pole that is a delay gone by (DEFINITIONS, Sampled loop)
 BISECTIONS = 30  # of a delay: to 1e-9 of the interval
 
 
@@ -85,7 +86,7 @@ def sampled_loop(
             damping=None, decay=None, peak_sensitivity=None, delay_reserve=0.0,
         )  # fmt: skip
     # a pole at z = 0 is a delay that has passed: it decays at once and has no damping ratio
-    lasting = poles[np.abs(poles) > 1e-12]
+    lasting = poles[np.abs(poles) > PASSED]
     s = np.log(lasting) / T
     return SampledLoop(
         sample_time=T, computing_delay=computing_delay, stable=True, poles=poles,

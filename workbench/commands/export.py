@@ -20,30 +20,41 @@ def export(
     computing_delay_ms: Annotated[
         float, typer.Option(help="From sampling the sensors to the new commands, in the check of mat and c.")
     ] = 0.0,
+    accept: Annotated[
+        bool, typer.Option("--accept", help="Export even if the sampled loop breaks a promise of the table.")
+    ] = False,
     json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
 ) -> None:
     """Writes the gains of a table as CSV, JSON, a MATLAB file or a C header with the discrete filters.
 
-    For mat and c the sampled loop with the table's vehicle is checked first; an unstable one is not exported.
+    For mat and c the sampled loop with the table's vehicle is checked first, and each promise is printed beside its
+    sampled value. An unstable loop is not exported; one that breaks a promise only with --accept.
     """
     import sys
     from base64 import b64encode
 
-    from workbench.commands.output import emit_json
+    from workbench.commands.output import emit_json, emit_table
     from workbench.errors import InputError
     from workbench.export.digital import digital_check, with_sample_time
-    from workbench.export.formats import render, suffix
+    from workbench.export.formats import DIGITAL, render, suffix
     from workbench.export.table import read_table
     from workbench.writing import write_bytes
 
     ending = suffix(format)
     loaded = read_table(table)
-    digital = format in ("c", "mat")
+    digital = format in DIGITAL
     if sample_time_ms is not None and not digital:
         raise InputError(f"--sample-time-ms is for the formats mat and c; got {format!r}. Leave it out.")
     if sample_time_ms is not None:
         loaded = with_sample_time(loaded, 1e-3 * sample_time_ms)
-    content = render(loaded, format, computing_delay=1e-3 * computing_delay_ms)
+    check = digital_check(loaded, 1e-3 * computing_delay_ms) if digital else None
+    if check is not None and not json:
+        rows = [
+            (f"{p.name} {p.sense} {p.limit:g}", f"{p.value:.6g}", "kept" if p.kept else "not kept")
+            for p in check.promises
+        ]
+        emit_table("Promises in the sampled loop", ("promise", "sampled", ""), rows, stderr=True)
+    content = render(loaded, format, computing_delay=1e-3 * computing_delay_ms, accept=accept)
     if out is not None:
         path = out / f"{table.stem}{ending}" if out.is_dir() else out
         write_bytes(path, content)
@@ -53,7 +64,6 @@ def export(
         )
     if json:
         document = {"format": format, "problem": loaded.problem, "digest": loaded.digest, "bytes": len(content)}
-        check = digital_check(loaded, 1e-3 * computing_delay_ms) if digital else None
         document |= {"check": None if check is None else check.to_dict()} if digital else {}
         if out is not None:
             emit_json(document | {"path": str(path)})

@@ -19,8 +19,8 @@ def emit_rows(title: str, rows: Iterable[Row]) -> None:
     emit_table(title, ("quantity", "value", "unit"), [(name, figure(value), unit) for name, value, unit in rows])
 
 
-def emit_table(title: str, columns: Iterable[str], rows: Iterable[Iterable[str]]) -> None:
-    """A table of strings."""
+def emit_table(title: str, columns: Iterable[str], rows: Iterable[Iterable[str]], *, stderr: bool = False) -> None:
+    """A table of strings; on stderr where stdout carries content."""
     from rich import box
     from rich.console import Console
     from rich.table import Table
@@ -30,7 +30,7 @@ def emit_table(title: str, columns: Iterable[str], rows: Iterable[Iterable[str]]
         table.add_column(column, justify="left" if number == 0 else "right", overflow="fold")
     for row in rows:
         table.add_row(*row)
-    Console(markup=False, highlight=False).print(table)
+    Console(markup=False, highlight=False, stderr=stderr).print(table)
 
 
 @contextmanager

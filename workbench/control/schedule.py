@@ -113,6 +113,16 @@ class Schedule(Result):
         t = (_exact(speed) - _exact(self.centre)) / _exact(self.scale)
         return Gains(**{name: _horner(c, t) for name, c in self.coefficients.items()})
 
+    def grid(self, step: float) -> list[float]:
+        """Speeds of the range, its ends and every multiple of a step [m/s] between them."""
+        low, high = self.range
+        inner = step * np.arange(np.floor(low / step) + 1, np.ceil(high / step))
+        return [low, *(float(v) for v in inner if low < v < high), high]
+
+    def speed_of(self, gains: Gains) -> float | None:
+        """The tuned speed [m/s] at which the schedule gives just these gains; None if there is none."""
+        return next((v for v in self.points if self.gains_at(v) == gains), None)
+
     def table(self, speeds: Sequence[float]) -> np.ndarray:
         """(k, 17) parameters at speeds [m/s], columns as `GAIN_NAMES`."""
         return np.array([list(self.gains_at(float(v)).as_dict().values()) for v in speeds])
@@ -136,12 +146,17 @@ class Schedule(Result):
             *((f"{n} at {v:g} m/s", values[n], GAIN_UNITS[n]) for n in GAIN_NAMES for v, values in ends),
         ]
 
+    def extremes(self, name: str) -> list[float]:
+        """Speeds [m/s] at which a parameter may be largest or smallest: the ends, and where its slope vanishes."""
+        low, high = self.range
+        slope = np.polynomial.Polynomial(self.coefficients[name]).deriv()
+        turns = [self.centre + self.scale * r.real for r in slope.roots() if abs(r.imag) < 1e-9]
+        return [low, *(float(v) for v in turns if low < v < high), high]
+
     def _least(self, name: str) -> float:
-        """Smallest value over the range: at the ends or where the derivative vanishes."""
+        """Smallest value over the range."""
         polynomial = np.polynomial.Polynomial(self.coefficients[name])
-        ends = [(v - self.centre) / self.scale for v in self.range]
-        turns = [r.real for r in polynomial.deriv().roots() if abs(r.imag) < 1e-9 and ends[0] < r.real < ends[1]]
-        return float(min(polynomial(t) for t in (*ends, *turns)))
+        return float(min(polynomial((v - self.centre) / self.scale) for v in self.extremes(name)))
 
 
 def _printed(name: str, value: float) -> float:

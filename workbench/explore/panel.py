@@ -4,10 +4,14 @@
 
 Gains move by ±100 % around the value they had when the panel was opened (or re-centred), time constants by a factor of
 ten; a number typed beside a slider may be any that the law takes.
+
+A slider shows the design, it does not hold it: whatever value the panel puts on it, the page answers with that value
+rounded to the slider's step. Such an echo is no move, so the design keeps its digits and `undo` its steps.
 """
 
 from collections.abc import Callable
 from html import escape
+from math import floor, log10
 from pathlib import Path
 
 from workbench.control.gains import GAIN_UNITS, TIME_CONSTANTS, Gains
@@ -23,6 +27,7 @@ GROUPS = {
     "modal gains": ("K_heave", "K_pitch", "K_sway", "K_roll", "K_yaw"),
     "operating point": tuple(FACTORS),
 }
+ECHO = 1e-7  # of a slider's range: the page computes its steps in per cent of it, to seven decimals
 SMALL = 0.1  # half range of a slider whose gain is zero
 STYLE = (
     "<style>.wb-explore table{font-size:12px;line-height:1.25}"
@@ -93,7 +98,7 @@ class Explorer:
         return self.panel._repr_mimebundle_(**options)
 
     def _slider(self, w, name: str):
-        value = self.session.factors[name] if name in FACTORS else getattr(self.session.gains, name)
+        value = self._held(name)
         unit = GAIN_UNITS.get(name, "× nominal")
         shown = {"description": name, "continuous_update": True, "readout_format": ".4g"}
         shown |= {"layout": w.Layout(width="340px"), "tooltip": f"{name} [{unit}]"}
@@ -110,10 +115,25 @@ class Explorer:
         return slider
 
     def _moved(self, name: str, value: float) -> None:
-        if self._quiet:
+        if self._quiet or self._is_echo(name, value):
             return
         move = self.session.vary if name in FACTORS else self.session.set
         self._do(lambda: move(**{name: float(value)}), place=False)
+
+    def _is_echo(self, name: str, value: float) -> bool:
+        """Whether a slider's value is that of the session, as the page rounds it to the slider's step."""
+        slider, held = self.sliders[name], self._held(name)
+        scale = log10 if hasattr(slider, "base") else float
+        if not (held > 0 and value > 0) and scale is log10:
+            return False
+        steps = (scale(held) - slider.min) / slider.step
+        rounded = slider.min + slider.step * floor(steps + 0.5)
+        close = ECHO * max(slider.max - slider.min, slider.step)
+        return min(abs(scale(value) - rounded), abs(scale(value) - scale(held))) <= close
+
+    def _held(self, name: str) -> float:
+        """The session's own value of what a slider shows."""
+        return self.session.factors[name] if name in FACTORS else getattr(self.session.gains, name)
 
     def _do(self, action: Callable[[], str | None], place: bool = True) -> None:
         """An action with its answer in words; a refusal is shown, not raised."""
@@ -132,7 +152,7 @@ class Explorer:
         """Puts the sliders where the session is."""
         self._quiet = True
         for name, slider in self.sliders.items():
-            value = self.session.factors[name] if name in FACTORS else getattr(self.session.gains, name)
+            value = self._held(name)
             if name in TIME_CONSTANTS and value > 0:
                 low, high = _decade(value)
                 slider.min, slider.max = min(slider.min, low), max(slider.max, high)
@@ -182,6 +202,4 @@ class Explorer:
 
 def _decade(value: float) -> tuple[float, float]:
     """Exponents half a decade below and above a time constant."""
-    from math import log10
-
     return log10(value) - 0.5, log10(value) + 0.5

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from workbench.control import Gains
+from workbench.control import GAIN_NAMES, Gains
 from workbench.design.problem import Problem
 from workbench.errors import InputError, unknown_name
 from workbench.explore.snapshot import Snapshot, Sweep, snapshot
@@ -69,6 +69,8 @@ class Session:
     def set(self, **gains: float) -> None:
         """Changes some of the seventeen; `undo` goes back. The last one named is the one the root locus moves."""
         changed = Gains.from_mapping({**self.gains.as_dict(), **gains})
+        if changed == self.gains:
+            return
         self.past.append(self.gains)
         self.gains, self._shot = changed, None
         self.moved = next(reversed(gains), self.moved)
@@ -180,8 +182,11 @@ class Session:
             fresh.pin(str(entry.get("name", "")))
         fresh.gains = Gains.from_mapping(_mapping(document, "gains", path))
         fresh.vary(**_factors(document, path))
+        moved = document.get("moved", self.moved)
+        if moved not in GAIN_NAMES:
+            raise unknown_name("gain", str(moved), GAIN_NAMES)
         self.gains, self.factors, self.problem, self.pins = fresh.gains, fresh.factors, fresh.problem, fresh.pins
-        self._sweep, self._shot, self.past = None, None, []
+        self.moved, self._sweep, self._shot, self.past = moved, None, None, []
 
 
 def _mapping(document: Mapping, key: str, path) -> dict:

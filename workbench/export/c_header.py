@@ -1,30 +1,29 @@
 """The control law as one C99 header: no dynamic memory, no library, single or double precision.
 
     GainTable --discretise, check--> coefficients --> wb_law.h:  wb_init(&state);  wb_step(&state, sensors, commands)
+    with a schedule: the polynomials of the gains instead (`export.c_law`), and  wb_set_speed(&state, speed)
 
 One step takes the sensors at t = kT and gives the commands at once. Numbers are printed so that the compiler reads the
 same doubles; -DWB_FLOAT turns every literal and variable into single precision.
 """
 
 import re
-from collections.abc import Iterable
-
-import numpy as np
 
 from workbench.control import GAIN_UNITS
-from workbench.control.discrete import DiscreteLaw
 from workbench.control.law import CHANNELS, VERTICAL_CHANNELS
-from workbench.export.digital import digital_check
+from workbench.export.c_law import fixed_parts, matrix, real, scheduled_parts
+from workbench.export.digital import DigitalCheck
 from workbench.export.table import GainTable
 from workbench.result import figure
 
 SENSOR_UNITS = {"gap": "m", "gap_lateral": "m", "acceleration_z": "m/s^2", "acceleration_y": "m/s^2"}
 
 
-def c_header(table: GainTable, computing_delay: float = 0.0) -> str:
-    """The header's text. Raises InputError where the law cannot run at the table's sample time, InfeasibleError where
-    the sampled loop is unstable with this computing delay [s]."""
-    law, discrete = table.to_law(), table.to_discrete()
+def c_header(table: GainTable, check: DigitalCheck | None = None) -> str:
+    """The header's text, with the check of the sampled loop if there is one. Raises InputError where the law cannot run
+    at the table's sample time, of a schedule at any speed of its range."""
+    law, discrete, schedule = table.to_law(), table.to_discrete(), table.to_schedule()
+    parts = fixed_parts(discrete) if schedule is None else scheduled_parts(law, schedule, table.to_gains(), discrete)
     n = law.count
     gains = [f" *   {name:<9} = {text:<12} {_ascii_unit(GAIN_UNITS[name])}" for name, text in table.gains.items()]
     order = [f" *   {kind}_1 ... {kind}_{n} [{unit}]" for kind, unit in SENSOR_UNITS.items()]
@@ -39,38 +38,23 @@ def c_header(table: GainTable, computing_delay: float = 0.0) -> str:
         data=table.data_sha256, version=_comment(table.versions.workbench), count=n, sensors=4 * n,
         gains="\n".join(gains), order="\n".join(order), sets="\n".join(sets),
         command_count=len(law.commands), commands="\n".join(commands),
-        check=_checked(table, computing_delay),
-        sample=_real(discrete.sample_time), step_error=f"{discrete.command_step_bound().max():.3g}",
-        vertical=_matrix(discrete.measurement[:VERTICAL_CHANNELS, :n]),
-        lateral=_matrix(discrete.measurement[VERTICAL_CHANNELS:5, n : 2 * n]),
-        resolution=_matrix(discrete.resolution), filters=_filters(discrete),
+        check=_checked(check, parts.place),
+        sample=real(discrete.sample_time), step_error=f"{discrete.command_step_bound().max():.3g}",
+        vertical=matrix(discrete.measurement[:VERTICAL_CHANNELS, :n]),
+        lateral=matrix(discrete.measurement[VERTICAL_CHANNELS:5, n : 2 * n]),
+        place=parts.place, use=parts.use, state=parts.state, law=parts.law, owner=parts.owner,
         vertical_count=VERTICAL_CHANNELS, lateral_count=5 - VERTICAL_CHANNELS, channels=", ".join(CHANNELS),
     )  # fmt: skip
 
 
-def _checked(table: GainTable, computing_delay: float) -> str:
+def _checked(check: DigitalCheck | None, place: str) -> str:
     """Comment lines on the sampled loop."""
-    check = digital_check(table, computing_delay)
     if check is None:
         return " * The table holds no vehicle for this law: the sampled loop was not checked."
     rows = [f" *   {name}: {figure(value)} {unit}".rstrip() for name, value, unit in check.rows()]
     return "\n".join(
-        [" * Sampled loop with the table's vehicle, exact between the samples, and single precision:", *rows]
+        [f" * Sampled loop with the table's vehicle{place}, exact between the samples, and single precision:", *rows]
     )
-
-
-def _real(value: float) -> str:
-    """A literal that a C compiler reads as the same double."""
-    return f"WB_R({float(value)!r})"
-
-
-def _matrix(rows: np.ndarray) -> str:
-    return ",\n".join("    {" + ", ".join(_real(x) for x in row) + "}" for row in rows)
-
-
-def _filters(law: DiscreteLaw) -> str:
-    rows: Iterable = zip(law.channels, law.advance, law.direct, law.memory, strict=True)
-    return "\n".join(f"    {{{_real(a)}, {_real(d)}, {_real(m)}}}, /* {name} */" for name, a, d, m in rows)
 
 
 def _comment(text: str) -> str:
@@ -92,8 +76,8 @@ _TEMPLATE = """\
  * Gains:
 {gains}
  *
- * Filters: Tustin's rule without prewarping. The response of a command to a unit step of a sensor differs at no
- * sample by more than {step_error} from that of the continuous law, chiefly because the trapezoidal rule takes a
+ * Filters: Tustin's rule without prewarping. The response of a command to a unit step of a sensor{place} differs at
+ * no sample by more than {step_error} from that of the continuous law, chiefly because the trapezoidal rule takes a
  * step half a sample early. Commands are not limited here.
  *
 {check}
@@ -106,7 +90,7 @@ _TEMPLATE = """\
  * Commands, in this order:
 {commands}
  *
- * Use: wb_state state; wb_init(&state); then wb_step(&state, sensors, commands) every WB_SAMPLE_TIME seconds.
+ * Use: {use}
  * C99 or later. Define WB_FLOAT before including for single precision.
  */
 #ifndef WB_LAW_H
@@ -129,11 +113,16 @@ typedef double wb_real;
 #define WB_FILTERS 10
 #define WB_SAMPLE_TIME {sample} /* s */
 
+/* A filter: s += advance (u - s), output = direct u + memory s, both with the s of the step before. */
+typedef struct {{
+    wb_real advance, direct, memory;
+}} wb_coefficients;
+
 /* What the filters remember between steps: the low-pass of each modal signal (gaps in m or rad, then accelerations in
  * m/s^2 or rad/s^2), in the order {channels}. */
 typedef struct {{
     wb_real low_pass[WB_FILTERS];
-}} wb_state;
+{state}}} wb_state;
 
 /* Heave, pitch, roll from the vertical signals of the coil sets; sway, yaw from the lateral ones. */
 static const wb_real wb_vertical[{vertical_count}][WB_COIL_SETS] = {{
@@ -143,18 +132,7 @@ static const wb_real wb_lateral[{lateral_count}][WB_COIL_SETS] = {{
 {lateral}
 }};
 
-/* Commands from the filtered channels, modal gains included. */
-static const wb_real wb_resolution[WB_COMMANDS][WB_CHANNELS] = {{
-{resolution}
-}};
-
-/* Each filter: s += advance (u - s), output = direct u + memory s, both with the s of the step before. */
-static const struct {{
-    wb_real advance, direct, memory;
-}} wb_filter[WB_FILTERS] = {{
-{filters}
-}};
-
+{law}
 /* Filters at rest. */
 static inline void wb_init(wb_state *state)
 {{
@@ -189,14 +167,14 @@ static inline void wb_step(wb_state *state, const wb_real sensors[WB_SENSORS], w
             const int f = kind * WB_CHANNELS + k;
             const wb_real u = k < {vertical_count} ? wb_modal(wb_vertical[k], vertical)
                                     : wb_modal(wb_lateral[k - {vertical_count}], vertical + WB_COIL_SETS);
-            filtered[k] += wb_filter[f].direct * u + wb_filter[f].memory * state->low_pass[f];
-            state->low_pass[f] += wb_filter[f].advance * (u - state->low_pass[f]);
+            filtered[k] += {owner}filter[f].direct * u + {owner}filter[f].memory * state->low_pass[f];
+            state->low_pass[f] += {owner}filter[f].advance * (u - state->low_pass[f]);
         }}
     }}
     for (i = 0; i < WB_COMMANDS; i++) {{
         wb_real sum = WB_R(0.0);
         for (k = 0; k < WB_CHANNELS; k++) {{
-            sum += wb_resolution[i][k] * filtered[k];
+            sum += {owner}resolution[i][k] * filtered[k];
         }}
         commands[i] = sum;
     }}

@@ -1,8 +1,12 @@
 """Whether the law of a gain table may run on a computer: the sampled loop, its computing delay, single precision.
 
     GainTable --with_sample_time--> law at T --each group of motion it controls--> DigitalCheck, or a refusal
+    promises of the nominal plant ------------held against the sampled figures-----------^
 
 A table controls the groups that its certificate names; the rest of the vehicle is held, as it was in the design.
+Damping, decay and peak sensitivity have a sampled counterpart (DEFINITIONS, Sampled loop), and a controller that breaks
+a promise of theirs is not exported unless the user accepts it. Dead time that sampling and computing use up is what the
+delay margin is promised for, and rms and static figures are of the continuous loop: those promises are not compared.
 """
 
 from dataclasses import dataclass, replace
@@ -16,15 +20,42 @@ from workbench.export.table import GainTable
 from workbench.loop import subject
 from workbench.result import Result, Row
 
+COUNTERPARTS = {"damping ratio": "damping", "decay rate": "decay"}  # promise of the whole loop to its sampled figure
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SampledPromise:
+    """A promise of the table beside the value that the sampled loop has; SI units."""
+
+    name: str
+    sense: str
+    limit: float
+    value: float
+
+    @property
+    def kept(self) -> bool:
+        """Whether the sampled loop keeps it."""
+        return self.value <= self.limit if self.sense == "<=" else self.value >= self.limit
+
+    def __str__(self) -> str:
+        return f"{self.name} {self.sense} {self.limit:g}: {self.value:.6g} sampled"
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
 class DigitalCheck(Result):
     """The stable sampled loops of a table's law and vehicle, and what single precision leaves of their margins.
 
     groups : group of motion to its loop and its figures in single precision
+    promises : each promise of the nominal plant that has a sampled counterpart, beside it
     """
 
     groups: dict[str, tuple[SampledLoop, SinglePrecision]]
+    promises: tuple[SampledPromise, ...] = ()
+
+    @property
+    def broken(self) -> tuple[SampledPromise, ...]:
+        """The promises that the sampled loop does not keep."""
+        return tuple(promise for promise in self.promises if not promise.kept)
 
     def worst(self) -> dict[str, float]:
         """The weakest figure of each kind over the groups; SI units."""
@@ -55,12 +86,20 @@ class DigitalCheck(Result):
             ("largest rounding of a coefficient", w["coefficient_error"], "relative"),
             ("quantisation margin", w["quantisation_margin"], "times that rounding"),
             ("dead band of the slowest filter", w["dead_band"], "relative"),
+            *(
+                (f"{p.name} {p.sense} {p.limit:g}, promised", p.value, "kept" if p.kept else "NOT KEPT")
+                for p in self.promises
+            ),
         ]
 
     def to_dict(self):
-        """The weakest figures, the groups and the poles."""
+        """The weakest figures, the groups, the poles, and each promise beside its sampled value."""
         poles = [[pole.real, pole.imag] for pole in self.poles()]
-        return {**self.worst(), "groups": list(self.groups), "poles": poles}
+        promises = [
+            {"name": p.name, "sense": p.sense, "limit": p.limit, "value": p.value, "kept": p.kept}
+            for p in self.promises
+        ]
+        return {**self.worst(), "groups": list(self.groups), "poles": poles, "promises": promises}
 
 
 def with_sample_time(table: GainTable, sample_time: float) -> GainTable:
@@ -86,7 +125,7 @@ def digital_check(table: GainTable, computing_delay: float = 0.0) -> DigitalChec
     found = {}
     for group in ["all"] if table.certificate is None else table.certificate.groups:
         part = subject(plant, law, group)
-        own = replace(sampled, resolution=part.patterns.T @ sampled.resolution)
+        own = part.sampled(sampled)
         loop = sampled_loop(part.plant, own, part.commands, law.sensors, computing_delay=computing_delay)
         if not loop.stable:
             raise InfeasibleError(
@@ -96,4 +135,41 @@ def digital_check(table: GainTable, computing_delay: float = 0.0) -> DigitalChec
             )
         single = single_precision(part.plant, own, part.commands, law.sensors, computing_delay=computing_delay)
         found[group] = (loop, single)
-    return DigitalCheck(groups=found)
+    check = DigitalCheck(groups=found)
+    return replace(check, promises=tuple(_promised(table, check)))
+
+
+def exportable(table: GainTable, computing_delay: float = 0.0, *, accept: bool = False) -> DigitalCheck | None:
+    """The check, refused where the sampled loop breaks a promise of the table, unless that is accepted.
+
+    Raises
+    ------
+    InfeasibleError
+        If a sampled loop is unstable, or keeps a promise no longer and `accept` is not set; names every such promise.
+    InputError
+        As `digital_check`.
+    """
+    check = digital_check(table, computing_delay)
+    if check is not None and check.broken and not accept:
+        raise InfeasibleError(
+            f"the sampled loop must keep what the table promises; at {1e3 * check.worst()['sample_time']:g} ms with "
+            f"{1e3 * computing_delay:g} ms of computing it does not: {'; '.join(map(str, check.broken))}. "
+            "Sample or compute faster, design with a reserve, or accept it (--accept)."
+        )
+    return check
+
+
+def _promised(table: GainTable, check: DigitalCheck):
+    """The promises of the nominal plant that damping, decay and peak sensitivity of the sampled loop answer."""
+    worst = check.worst()
+    for promise in table.promises:
+        if promise.box:
+            continue
+        name, _, group = promise.name.partition(", ")
+        if name == "peak sensitivity" and (group in check.groups or not group):
+            value = check.groups[group][0].peak_sensitivity.upper if group else worst["peak_sensitivity"]
+        elif name in COUNTERPARTS:
+            value = worst[COUNTERPARTS[name]]
+        else:
+            continue
+        yield SampledPromise(name=promise.name, sense=promise.sense, limit=promise.limit, value=value)

@@ -1,9 +1,11 @@
 """One gain table in the formats others read: JSON as it is, CSV, MATLAB, C.
 
-    csv   a header row of names, a header row of units, the values as in the table: pandas.read_csv(…, header=[0, 1])
+    csv   a header row of names, a header row of units, the values as in the table: pandas.read_csv(…, header=[0, 1]);
+          of a schedule a first column of speeds and a row every `SPEED_STEP`
     mat   `export.matlab`;   c   `export.c_header`;   json   the table's own file
 
-What goes into a controller (mat, c) is checked first in the sampled loop with the table's vehicle (`export.digital`).
+What goes into a controller (mat, c) is checked first in the sampled loop with the table's vehicle (`export.digital`),
+and refused where that breaks what the table promises.
 """
 
 import csv
@@ -13,12 +15,13 @@ from io import StringIO
 from workbench.control import GAIN_NAMES, GAIN_UNITS
 from workbench.errors import unknown_name
 from workbench.export.c_header import c_header
+from workbench.export.digital import DigitalCheck, exportable
 from workbench.export.matlab import mat_bytes
 from workbench.export.table import GainTable, table_json
 
 
 def csv_text(table: GainTable) -> str:
-    """The seventeen parameters in one row under their names and their units.
+    """The seventeen parameters in one row under their names and their units; of a schedule, one row per speed.
 
     Examples
     --------
@@ -30,19 +33,26 @@ def csv_text(table: GainTable) -> str:
     """
     stream = StringIO()
     writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(GAIN_NAMES)
-    writer.writerow(GAIN_UNITS[name] for name in GAIN_NAMES)
-    writer.writerow(table.gains[name] for name in GAIN_NAMES)
+    schedule = table.to_schedule()
+    leading = [] if schedule is None else [("speed", "m/s")]
+    writer.writerow([*(name for name, _ in leading), *GAIN_NAMES])
+    writer.writerow([*(unit for _, unit in leading), *(GAIN_UNITS[name] for name in GAIN_NAMES)])
+    if schedule is None:
+        writer.writerow(table.gains[name] for name in GAIN_NAMES)
+    else:
+        writer.writerows([v, *schedule.gains_at(v).as_dict().values()] for v in schedule.grid(SPEED_STEP))
     return stream.getvalue()
 
 
-_WRITERS: dict[str, tuple[str, Callable[[GainTable, float], str | bytes]]] = {
-    "csv": (".csv", lambda table, delay: csv_text(table)),
-    "json": (".json", lambda table, delay: table_json(table)),
+_WRITERS: dict[str, tuple[str, Callable[[GainTable, DigitalCheck | None], str | bytes]]] = {
+    "csv": (".csv", lambda table, check: csv_text(table)),
+    "json": (".json", lambda table, check: table_json(table)),
     "mat": (".mat", mat_bytes),
     "c": (".h", c_header),
 }
 FORMATS = tuple(_WRITERS)
+DIGITAL = ("mat", "c")  # what a controller runs, and so is checked as one runs it
+SPEED_STEP = 1.0  # [m/s] between the rows of a schedule's CSV
 
 
 def suffix(format: str) -> str:
@@ -60,23 +70,25 @@ def suffix(format: str) -> str:
     return _writer(format)[0]
 
 
-def render(table: GainTable, format: str, *, computing_delay: float = 0.0) -> bytes:
+def render(table: GainTable, format: str, *, computing_delay: float = 0.0, accept: bool = False) -> bytes:
     """A table in the named format: "csv", "json", "mat" or "c".
 
     computing_delay : from sampling the sensors to the new commands [s], in the check of "mat" and "c"
+    accept : take a controller whose sampled loop breaks promises of the table
 
     Raises
     ------
     InputError
         If the format is not one of them, or the law cannot run at the table's sample time ("mat" and "c").
     InfeasibleError
-        If the sampled loop with the table's vehicle is unstable ("mat" and "c").
+        If the sampled loop with the table's vehicle is unstable or breaks what the table promises ("mat" and "c").
     """
-    content = _writer(format)[1](table, computing_delay)
+    writer = _writer(format)[1]
+    content = writer(table, exportable(table, computing_delay, accept=accept) if format in DIGITAL else None)
     return content if isinstance(content, bytes) else content.encode("utf-8")
 
 
-def _writer(format: str) -> tuple[str, Callable[[GainTable, float], str | bytes]]:
+def _writer(format: str) -> tuple[str, Callable[[GainTable, DigitalCheck | None], str | bytes]]:
     if format not in _WRITERS:
         raise unknown_name("format", str(format), _WRITERS)
     return _WRITERS[format]

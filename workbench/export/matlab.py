@@ -6,6 +6,7 @@
     continuous   A, B, C, D of the law before sampling, for 'State-Space'
     law          measurement, resolution, positions, depth, sensors, commands
     plant        A, B, C, D, states, inputs, outputs, where the table holds it
+    schedule     names, coefficients (powers rising), centre, scale, range; at: the speed of everything else
     check        figures of the sampled loop with that plant, and of single precision (`export.digital`)
     provenance   problem, title, created, digest, data_sha256, versions
 
@@ -18,21 +19,21 @@ from typing import Any
 
 import numpy as np
 
-from workbench.export.digital import digital_check
+from workbench.export.digital import DigitalCheck
 from workbench.export.table import GainTable
 
 
-def mat_bytes(table: GainTable, computing_delay: float = 0.0) -> bytes:
-    """The MATLAB 5 file. Raises InputError where the law cannot run at the table's sample time, InfeasibleError where
-    the sampled loop is unstable with this computing delay [s]."""
+def mat_bytes(table: GainTable, check: DigitalCheck | None = None) -> bytes:
+    """The MATLAB 5 file, with the check of the sampled loop if there is one. Raises InputError where the law cannot run
+    at the table's sample time."""
     from scipy.io import savemat
 
     stream = BytesIO()
-    savemat(stream, mat_variables(table, computing_delay), long_field_names=True, oned_as="column")
+    savemat(stream, mat_variables(table, check), long_field_names=True, oned_as="column")
     return stream.getvalue()
 
 
-def mat_variables(table: GainTable, computing_delay: float = 0.0) -> dict[str, dict[str, Any]]:
+def mat_variables(table: GainTable, check: DigitalCheck | None = None) -> dict[str, dict[str, Any]]:
     """Variable name to struct, as the module's map lists them."""
     law, gains, sampled = table.to_law(), table.to_gains(), table.to_discrete()
     numerator, denominator = sampled.transfer_functions()
@@ -59,14 +60,27 @@ def mat_variables(table: GainTable, computing_delay: float = 0.0) -> dict[str, d
     if plant is not None:
         names = {kind: _cells(getattr(plant, kind)) for kind in ("states", "inputs", "outputs")}
         variables["plant"] = {k: getattr(plant, k) for k in "ABCD"} | names
-    check = digital_check(table, computing_delay)
+    schedule = table.to_schedule()
+    if schedule is not None:
+        variables["schedule"] = {
+            "names": _cells(schedule.coefficients), "coefficients": np.array([*schedule.coefficients.values()]),
+            "centre": schedule.centre, "scale": schedule.scale, "range": np.array(schedule.range),
+            "at": np.nan if (at := schedule.speed_of(gains)) is None else at,
+        }  # fmt: skip
     if check is not None:
-        variables["check"] = {**check.worst(), "poles": check.poles(), "groups": _cells(check.groups)}
+        promises = {
+            "name": _cells(p.name for p in check.promises), "sense": _cells(p.sense for p in check.promises),
+            "limit": np.array([p.limit for p in check.promises]), "value": np.array([p.value for p in check.promises]),
+        }  # fmt: skip
+        variables["check"] = {
+            **check.worst(), "poles": check.poles(), "groups": _cells(check.groups), "promises": promises
+        }  # fmt: skip
     return variables
 
 
 def _cells(names) -> np.ndarray:
-    """A column of a MATLAB cell array."""
-    cells = np.empty((len(names), 1), dtype=object)
-    cells[:, 0] = names
+    """A column of a MATLAB cell array of text."""
+    texts = [str(name) for name in names]
+    cells = np.empty((len(texts), 1), dtype=object)
+    cells[:, 0] = texts
     return cells

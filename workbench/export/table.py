@@ -21,6 +21,7 @@ from pydantic import Field, JsonValue, ValidationError, model_validator
 from workbench.control import GAIN_UNITS, Gains, ModalLaw
 from workbench.control.discrete import DiscreteLaw, discretise
 from workbench.control.law import Actuator
+from workbench.control.schedule import Schedule
 from workbench.errors import InputError
 from workbench.export.certificate import certificate_of, plant_part
 from workbench.export.reading import read_mapping
@@ -111,6 +112,10 @@ class GainTable(Result, Part):
             return None
         matrices = {k: [[float(x) for x in row] for row in getattr(p, k)] for k in "ABCD"}
         return Plant(**matrices, states=tuple(p.states), inputs=tuple(p.inputs), outputs=tuple(p.outputs))
+
+    def to_schedule(self) -> Schedule | None:
+        """The gains over speed, if the table holds them."""
+        return None if self.schedule is None else Schedule.from_dict(self.schedule.model_dump())
 
     def to_dict(self) -> dict[str, Any]:
         """What the file holds."""

@@ -6,11 +6,12 @@ For a vehicle that is symmetric right to left the groups are exactly decoupled; 
 measured and a split into groups refused ("all" takes the vehicle whole).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import casadi as ca
 import numpy as np
 
+from workbench.control.discrete import DiscreteLaw
 from workbench.control.gains import GAIN_NAMES, Gains
 from workbench.control.law import CHANNELS, ModalLaw
 from workbench.errors import InputError, unknown_name
@@ -67,6 +68,14 @@ class Subject:
             resolve = self.patterns.T @ ca.DM(self.law.resolution(theta)).full()
         A, B, C, D = self.law.numeric(gains, resolve * self._owned)
         return A[np.ix_(mine, mine)], B[mine], C[:, mine], D
+
+    def sampled(self, law: DiscreteLaw) -> DiscreteLaw:
+        """The sampled law from all sensors to the pattern commands, with the group's own filters alone."""
+        own = np.tile(self._owned, 2)
+        return replace(
+            law, resolution=(self.patterns.T @ law.resolution) * self._owned,
+            advance=law.advance * own, direct=law.direct * own, memory=law.memory * own,
+        )  # fmt: skip
 
     def static_gain(self, theta: ca.SX) -> ca.SX:
         """(k, 4n): pattern commands per sensor signal at rest, symbolic in the seventeen parameters."""
