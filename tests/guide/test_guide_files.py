@@ -75,7 +75,7 @@ def test_every_file_in_the_guide_is_loaded_by_a_test():
 @shown("c")
 def test_the_c_program_shown_compiles_and_commands(fence, tmp_path):
     table = read_table(shipped_problems()["revenue_vehicle"] / "approved.json")
-    (tmp_path / "gains.h").write_bytes(render(table, "c"))
+    (tmp_path / "gains.h").write_bytes(render(table, "c", accept=True))
     (tmp_path / "main.c").write_text(fence.text, "utf-8")
     strict = ("-std=c99", "-Wall", "-Wextra", "-Werror")
     subprocess.run(["cc", *strict, "main.c", "-o", "main"], cwd=tmp_path, check=True)
