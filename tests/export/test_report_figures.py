@@ -6,6 +6,7 @@ from matplotlib.figure import Figure
 
 from workbench.analysis.comfort import boundary
 from workbench.analysis.loop_curve import loop_curves
+from workbench.analysis.mode import Mode
 from workbench.analysis.spectra import response_spectra
 from workbench.design.tradeoff import TradeOff
 from workbench.errors import InputError
@@ -160,3 +161,16 @@ def test_a_trade_off_marks_designs_and_failures_in_millimetres(ax):
     nothing = TradeOff(quantity="rms gap, front", unit="m", limits=(0.01,), costs=(None,), gains=(None,))
     with pytest.raises(InputError, match="at least one limit with a design; none of 1 has one"):
         plot_tradeoff(nothing, ax=ax)
+
+
+def test_an_unstable_real_root_is_drawn_however_far_to_the_right(ax):
+    modes = (
+        Mode(name="heave", frequency_hz=1.0, damping=0.5, pole=complex(-3.0, 5.0)),
+        Mode(name="filter", frequency_hz=300.0, damping=1.0, pole=complex(-2000.0, 0.0)),
+        Mode(name="pitch", frequency_hz=80.0, damping=-1.0, pole=complex(500.0, 0.0)),
+    )
+    plot_roots(modes, ax=ax)
+    drawn = [x for line in ax.lines if line.get_marker() != "None" for x in line.get_xdata()]
+    assert 500.0 in drawn
+    assert ax.get_xlim()[1] > 500.0
+    assert "1 stable root" in ax.get_xlabel()  # the fast filter, and nothing else

@@ -102,11 +102,11 @@ def monte_carlo(
     squares: list[Table] = []
     contacts: list[Contact] = []
     limited = 0.0
-    for seed_of_run in np.random.SeedSequence(seed).generate_state(runs):
+    for of_guideway, of_noise in seeds(seed, runs):
         track = realisation(
-            roughness, length=vehicle.speed * duration, spacing=spacing, seed=int(seed_of_run), speed=vehicle.speed
+            roughness, length=vehicle.speed * duration, spacing=spacing, seed=of_guideway, speed=vehicle.speed
         )
-        history = simulator.run(warm_up + duration, course=Scaled(course=track, factor=factor), seed=int(seed_of_run))
+        history = simulator.run(warm_up + duration, course=Scaled(course=track, factor=factor), seed=of_noise)
         limited += history.limited / runs
         if history.contact is None:
             squares.append(_mean_squares(rig, history.after(warm_up), places))
@@ -122,6 +122,12 @@ def monte_carlo(
         factor=factor,
         limited=limited,
     )
+
+
+def seeds(seed: int, runs: int) -> list[tuple[int, int]]:
+    """Seeds of guideway and sensor noise of each run: apart, since one seed would draw both from the same numbers."""
+    guideways, noises = np.random.SeedSequence(seed).generate_state(2 * runs).reshape(2, runs).tolist()
+    return list(zip(guideways, noises, strict=True))
 
 
 def _mean_squares(rig: Rig, history: History, places) -> Table:
