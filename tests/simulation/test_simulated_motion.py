@@ -37,7 +37,7 @@ def curved():
 
 def rig(vehicle=None, conditions=None, **changed) -> Rig:
     point = operating_point(vehicle or problem().vehicle, conditions)
-    return Rig(**{"point": point, "gains": GAINS, "gap": 0.3, "gap_lateral": 0.3, "step": 0.004, **changed})
+    return Rig(**{"point": point, "gains": GAINS, "gap": 0.3, "gap_lateral": 0.3, **changed})
 
 
 @cache

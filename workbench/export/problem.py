@@ -29,7 +29,7 @@ from workbench.guideway.irregularity import TYPES
 from workbench.guideway.roughness import Roughness
 from workbench.guideway.spectrum import PowerLaw
 from workbench.vehicle import Extras, Vehicle, current_forces, varied
-from workbench.vehicle.drive import MotorDrive, with_motor
+from workbench.vehicle.drive import MotorDrive
 from workbench.vehicle.flight import Flight
 from workbench.vehicle.operating import OperatingPoint, operating_point
 
@@ -158,8 +158,8 @@ class ProblemData:
         v, i, p = self.file.vehicle, self.file.inertia, self.file.physics
         flown = self.flight()
         return Vehicle(
-            positions=v.positions(), joined=v.joined(), depth=v.coil_depth_m, mass=v.weight_n / GRAVITY,
-            roll_inertia=i.roll_kg_m2, pitch_inertia=i.pitch_kg_m2, yaw_inertia=i.yaw_kg_m2,
+            positions=v.positions(), joined=v.joined(), drive=self.drive(), depth=v.coil_depth_m,
+            mass=v.weight_n / GRAVITY, roll_inertia=i.roll_kg_m2, pitch_inertia=i.pitch_kg_m2, yaw_inertia=i.yaw_kg_m2,
             speed=flown.speed if flown else v.speed_m_s,
             force_law=flown.law if flown else printed_law(self.file.force_law, v, self.file.operating_point),
             extras=Extras(
@@ -224,10 +224,10 @@ class ProblemData:
         d, coil = self.file, self.file.control_coil
         flown, point = self.flight(), self.operating_point(vehicle)
         per_command = len(vehicle.groups[0])
-        drive = self.drive()
+        drive = vehicle.drive
         law = ModalLaw if drive is None else ModalLaw.with_motor
         return Setting(
-            plant=point.plant() if drive is None else with_motor(point.plant(), drive),
+            plant=point.plant(),
             law=law(point.nominal.vehicle.command_positions, vehicle.depth), groups=d.problem.groups,
             speed=vehicle.speed, guideway=self.roughness(), points=self.points(),
             accelerometer_bias=d.sensors.accelerometer_bias_mg * 1e-3 * GRAVITY,

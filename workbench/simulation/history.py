@@ -12,7 +12,7 @@ POINT_ROWS = {"z": (0, 1, 3), "y": (2, 4, 3)}
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
 class Contact(Result):
-    """The first touch: time [s], coil set (counted from 1), "floor" or "wall", and the nearest clearance there [m].
+    """The first touch: time [s], to half an integration step; coil set (counted from 1); "floor" or "wall".
 
     "diverged" instead of a surface: the numbers left the model's range within one step.
     """
@@ -43,6 +43,8 @@ class History(Result):
     acceleration: np.ndarray
     current: np.ndarray
     command: np.ndarray
+    motor: np.ndarray
+    motor_command: np.ndarray
     gap: np.ndarray
     gap_lateral: np.ndarray
     rest: np.ndarray
@@ -64,7 +66,8 @@ class History(Result):
         """The part from a time [s] on; smallest clearances stay those of the whole."""
         kept = self.time >= start
         parts = {name: getattr(self, name)[..., kept] for name in (
-            "time", "pose", "velocity", "acceleration", "current", "command", "gap", "gap_lateral")}  # fmt: skip
+            "time", "pose", "velocity", "acceleration", "current", "command", "motor", "motor_command", "gap",
+            "gap_lateral")}  # fmt: skip
         rest = {name: getattr(self, name) for name in ("rest", "floor", "wall", "contact", "limited", "duration")}
         return History(**parts, **rest)
 

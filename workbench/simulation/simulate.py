@@ -10,9 +10,10 @@ from workbench.errors import InputError
 from workbench.simulation.course import Course
 from workbench.simulation.history import Contact, History
 from workbench.simulation.load import Failure, Load
-from workbench.simulation.period import CHUNK, READINGS, Period, period
+from workbench.simulation.period import CHUNK, HISTORY, Period, period
 from workbench.simulation.rig import Rig
 
+JUST = 1e-6  # of half a step: beside a node
 LONGEST = 20_000_000  # periods in a run: above this a mistyped duration is likelier than a wish
 
 
@@ -69,16 +70,19 @@ class Simulator:
         )
 
     def _exogenous(self, times: np.ndarray, course: Course | None, loads: Sequence[Load]) -> np.ndarray:
-        """(3 (3n + 5), k): ζ, η, bank, loads at start, middle and end of each period."""
+        """(3 (3n + 5) · substeps, k): ζ, η, bank, loads at start, middle and end of each step of each period."""
         vehicle = self.rig.vehicle
-        n, half = vehicle.count, self.rig.period / 2
-        nodes = np.append(np.repeat(times, 2) + np.tile([0.0, half], len(times)), times[-1] + 2 * half)
+        n, half, steps = vehicle.count, self.rig.step_used / 2, self.rig.substeps
+        nodes = times[0] + half * np.arange(2 * steps * len(times) + 1)
         met = np.repeat(self.period.exogenous[:, None], len(nodes), axis=1)
         if course is not None:
             met[: 2 * n] += course.inputs(vehicle.positions, vehicle.speed, nodes)
-        for load in loads:
-            met[3 * n :] += load.at(nodes)
-        return np.vstack([met[:, 0:-1:2], met[:, 1::2], met[:, 2::2]])
+        before = met.copy()
+        for load in loads:  # one that jumps at a node has its old value before and its new one after
+            met[3 * n :] += load.at(nodes + JUST * half)
+            before[3 * n :] += load.at(nodes - JUST * half)
+        each = np.vstack([met[:, 0:-1:2], met[:, 1::2], before[:, 2::2]])
+        return each.T.reshape(len(times), -1).T
 
     def _noise(self, generator: np.random.Generator | None) -> np.ndarray:
         m = self.rig.law.count
@@ -102,17 +106,18 @@ class Simulator:
         if clear.all():
             return None, readings.shape[1]
         first = int(np.argmin(clear))
+        later = readings[rows["touch"], first].item()
+        time = float(times[first] + later)
         here = distance[:, :, first]
         if not np.isfinite(readings[:, first]).all():
             here = distance[:, :, max(first - 1, 0)]
-            return Contact(
-                time=float(times[first]), coil_set=int(np.nanargmin(here.min(axis=0))) + 1, surface="diverged"
-            ), first
+            return Contact(time=time, coil_set=int(np.nanargmin(here.min(axis=0))) + 1, surface="diverged"), first
         surface, coil_set = np.unravel_index(int(np.argmin(here)), here.shape)
-        return Contact(time=float(times[first]), coil_set=int(coil_set) + 1, surface=("floor", "wall")[surface]), first
+        touched = Contact(time=time, coil_set=int(coil_set) + 1, surface=("floor", "wall")[surface])
+        return touched, first + (later > 0)  # what was read before the touch is kept
 
     def _history(self, readings, keep_every, floor, wall, contact, limited, duration) -> History:
-        parts = {name: readings[self.period.rows[name]] for name in READINGS[:7]}
+        parts = {name: readings[self.period.rows[name]] for name in HISTORY}
         smallest = [side.min(axis=1, initial=np.inf) for side in (floor, wall)]
         time = self.rig.period * keep_every * np.arange(readings.shape[1])
         return History(

@@ -18,6 +18,7 @@ from workbench.lti.signals import COORDINATES, numbered
 from workbench.result import Result, Row
 from workbench.vehicle.body import STATES, deviations, held_by_moment, tangent_at
 from workbench.vehicle.conditions import Conditions
+from workbench.vehicle.drive import with_motor
 from workbench.vehicle.linear import Linearisation, assembled, linearise
 from workbench.vehicle.parameters import Vehicle
 from workbench.vehicle.trim import ACCELERATION_LEFT, Trim, trim
@@ -56,8 +57,9 @@ class OperatingPoint(Result):
         return _linearised(self)
 
     def plant(self) -> Plant:
-        """The same as a Plant with one command and one group of sensors per command position."""
-        return joined(self.linearise().plant, self.vehicle)
+        """The same as a Plant with one command and one group of sensors per command position, and its motor if any."""
+        plant = joined(self.linearise().plant, self.vehicle)
+        return plant if self.vehicle.drive is None else with_motor(plant, self.vehicle.drive)
 
     def rows(self) -> list[Row]:
         out: list[Row] = [("speed", self.vehicle.speed, "m/s"), ("mass", self.vehicle.mass, "kg")]

@@ -7,10 +7,12 @@ Every number may be an SX symbol where a derivative is wanted; checks then wait 
 from dataclasses import dataclass, field, replace
 
 import casadi as ca
+import numpy as np
 
 from workbench.errors import InputError
 from workbench.forces.law import ForceLaw
 from workbench.result import Result, Row
+from workbench.vehicle.drive import MotorDrive
 
 BANK_READINGS = ("twist", "section")
 
@@ -73,6 +75,8 @@ class Vehicle(Result):
     joined : tuple of tuples of int
         Coil sets (counted from 0) that share one command and one group of sensors, such as the coils of a corner; empty
         where every set has its own.
+    drive : MotorDrive or None
+        A motor whose currents steer as well; its forces at the nominal pose, but for the thrust, count as balanced.
     """
 
     mass: float
@@ -85,6 +89,7 @@ class Vehicle(Result):
     force_law: ForceLaw
     extras: Extras = field(default_factory=Extras)
     joined: tuple[tuple[int, ...], ...] = ()
+    drive: MotorDrive | None = None
 
     def __post_init__(self) -> None:
         for name in ("mass", "roll_inertia", "pitch_inertia", "yaw_inertia", "speed"):
@@ -127,6 +132,14 @@ class Vehicle(Result):
     def groups(self) -> tuple[tuple[int, ...], ...]:
         """Which coil sets each command reaches: `joined`, or every set alone."""
         return self.joined or tuple((i,) for i in range(self.count))
+
+    @property
+    def spread(self) -> np.ndarray:
+        """(n, commands) of 0 and 1: which coil sets each command reaches."""
+        out = np.zeros((self.count, len(self.groups)))
+        for column, group in enumerate(self.groups):
+            out[list(group), column] = 1.0
+        return out
 
     @property
     def command_positions(self) -> tuple[tuple[float, float], ...]:
