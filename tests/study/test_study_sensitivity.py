@@ -103,6 +103,46 @@ def test_rank_correlations_do_not_care_for_a_monotonic_change_of_scale():
     np.testing.assert_allclose(plain, bent, atol=1e-12)
 
 
+@pytest.mark.parametrize("slopes", [(1.0,), (-1.0,), (3.0, -2.0), (2.0, 0.5, -1.0)])
+def test_ranks_that_are_exactly_determined_have_the_sign_of_what_determines_them(slopes):
+    rng = np.random.default_rng(3)
+    for k, slope in enumerate(slopes):
+        x = np.column_stack([rng.permutation(40) for _ in slopes]).astype(float)
+        (ranks,) = regression(x, np.exp(slope * x[:, [k]] / 40))[1]
+        expected = np.zeros(len(slopes))  # the others: nothing is left that they could move
+        expected[k] = np.sign(slope)
+        np.testing.assert_allclose(ranks[:, 0], expected, atol=1e-12)
+        assert (ranks[:, 1] <= ranks[:, 0]).all()
+        assert (ranks[:, 0] <= ranks[:, 2]).all()
+
+
+def test_ranks_that_a_sum_determines_have_the_sign_of_each_summand():
+    # a complete grid of 6 by 6: x + 6 z takes the values 0 … 35, so its ranks are that sum
+    x = np.array([(i, j) for i in range(6) for j in range(6)], float)
+    (ranks,) = regression(x, (x @ [1.0, -6.0])[:, None])[1]
+    np.testing.assert_allclose(ranks[:, 0], [1.0, -1.0], atol=1e-12)
+
+
+def test_partial_rank_correlations_are_those_of_the_inverse_where_there_is_one():
+    from scipy.stats import rankdata
+
+    x = points("latin_hypercube", 200)
+    y = ishigami(x * 6 - 3)
+    (ranks,) = regression(x, y[:, None])[1]
+    precision = np.linalg.inv(np.corrcoef(rankdata(np.column_stack([x, y]), axis=0), rowvar=False))
+    textbook = -precision[:-1, -1] / np.sqrt(np.diag(precision)[:-1] * precision[-1, -1])
+    np.testing.assert_allclose(ranks[:, 0], textbook, atol=1e-12)
+
+
+def test_parameters_that_move_together_have_no_index_of_their_own():
+    rng = np.random.default_rng(4)
+    a, b = rng.permutation(50).astype(float), rng.permutation(50).astype(float)
+    found = indices("list", 0, np.column_stack([a, np.exp(a / 9), b]), {"y": a + 0.1 * b}, NAMES)
+    ranked = {i.parameter for i in found if i.kind == "rank correlation"}
+    assert ranked == {"K_hdot"}
+    assert all(np.isfinite([i.value, i.low, i.high]).all() for i in found)
+
+
 def test_an_interval_of_a_rank_correlation_that_is_none_holds_zero_nineteen_times_in_twenty(monkeypatch):
     monkeypatch.setattr("workbench.study.sensitivity.RESAMPLES", 2)  # of the other kind of interval
     rng = np.random.default_rng(11)

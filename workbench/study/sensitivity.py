@@ -4,6 +4,7 @@
     other samples  --regression-------> standardised coefficients, partial rank correlations
 
 Rows without a value are left out and counted; where that depends on the parameters, the indices speak of the rest.
+An index that the rows do not determine (two parameters that move together) is left out.
 """
 
 from collections.abc import Sequence
@@ -16,6 +17,9 @@ from workbench.result import Result, Row
 RESAMPLES = 400  # of a bootstrap; its ends then scatter by a tenth of the interval
 DRAWN = 1000  # rows in a resample of a regression; its ends are then brought to the size of all rows
 VARIES = 1e-6  # relative; figures that differ less are the same but for how they were computed
+# Share of a column's ranks that the other parameters leave, below which they leave nothing: rounding leaves 1e-14, and
+# two neighbours that change places among a million rows leave 5e-9.
+LEFT = 1e-11
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
@@ -76,7 +80,8 @@ def regression(samples: np.ndarray, values: np.ndarray, *, confidence: float = 0
     """Standardised regression coefficients and partial rank correlations of some quantities; None if it cannot be said.
 
     samples : (rows, d);  values : (rows, q), each of which varies; no NaN in either
-    Returns (coefficients (q, d, 3), rank correlations (q, d, 3), shares of the variance explained (q,)).
+    Returns (coefficients (q, d, 3), rank correlations (q, d, 3), shares of the variance explained (q,)); NaN for what
+    the rows do not determine.
 
     The first have bootstrap intervals, the second Fisher's: z = atanh r is normal with variance 1/(rows − d − 2).
     """
@@ -96,15 +101,16 @@ def regression(samples: np.ndarray, values: np.ndarray, *, confidence: float = 0
     for _ in range(RESAMPLES):
         one = whole[rng.integers(0, n, small)]
         drawn.append(_from_moments(one.T @ one, one.sum(axis=0), small, d))
-    ends = np.nanquantile(drawn, [(1 - confidence) / 2, (1 + confidence) / 2], axis=0)
-    ends = coefficients + (ends - coefficients) * np.sqrt(small / n)
-    ranked = rankdata(whole, axis=0)
-    ranks = _partial(np.corrcoef(ranked, rowvar=False), d)
+    ends = np.full((2, q, d), np.nan)
+    if np.isfinite(coefficients).all():
+        ends = np.nanquantile(drawn, [(1 - confidence) / 2, (1 + confidence) / 2], axis=0)
+        ends = coefficients + (ends - coefficients) * np.sqrt(small / n)
+    ranks = _partial(rankdata(whole, axis=0), d)
     reach = ndtri((1 + confidence) / 2) / np.sqrt(n - d - 2)
-    z = np.arctanh(np.clip(ranks, -1 + 1e-15, 1 - 1e-15))
+    z = np.arctanh(np.clip(ranks, -1 + 1e-15, 1 - 1e-15))  # ±1 where ranks are exactly determined
     return (
         np.stack([coefficients, *ends], axis=-1),
-        np.stack([ranks, np.tanh(z - reach), np.tanh(z + reach)], axis=-1),
+        np.stack([ranks, np.minimum(np.tanh(z - reach), ranks), np.maximum(np.tanh(z + reach), ranks)], axis=-1),
         1 - left.var(axis=0),
     )
 
@@ -119,15 +125,27 @@ def _from_moments(squares: np.ndarray, sums: np.ndarray, n: int, d: int) -> np.n
     return (beta * deviation[:d, None] / deviation[d:]).T
 
 
-def _partial(correlation: np.ndarray, d: int) -> np.ndarray:
-    """(q, d): correlation of each parameter and each quantity, both freed of what the other parameters explain."""
-    out = []
-    for k in range(d, len(correlation)):
-        own = [*range(d), k]
-        precision = np.linalg.pinv(correlation[np.ix_(own, own)])
-        scale = np.sqrt(np.maximum(np.diag(precision)[:-1] * precision[-1, -1], 1e-300))
-        out.append(-precision[:-1, -1] / scale)
-    return np.array(out)
+def _partial(ranked: np.ndarray, d: int) -> np.ndarray:
+    """(q, d): correlation of each parameter and each quantity, both freed of what the other parameters explain.
+
+    ranked : (rows, d + q). By least squares, not from the inverse of the correlations, which is none where ranks are
+    exactly determined. NaN where the others leave nothing of the parameter, 0 where they leave nothing of the quantity.
+    """
+    centred = ranked - ranked.mean(axis=0)
+    R = np.linalg.qr(centred / np.linalg.norm(centred, axis=0), mode="r")  # the same angles in d + q rows
+    out = np.empty((R.shape[1] - d, d))
+    for i in range(d):
+        others = np.delete(R[:, :d], i, axis=1)
+        wanted = R[:, [i, *range(d, R.shape[1])]]
+        left = wanted - others @ np.linalg.lstsq(others, wanted, rcond=None)[0]
+        size = np.linalg.norm(left, axis=0)
+        if size[0] < LEFT:
+            out[:, i] = np.nan
+            continue
+        there = size[1:] >= LEFT
+        shared = left[:, 0] @ left[:, 1:] / (size[0] * np.where(there, size[1:], 1.0))
+        out[:, i] = np.where(there, np.clip(shared, -1.0, 1.0), 0.0)  # clipped of its last digit
+    return out
 
 
 def _varies(values: np.ndarray) -> bool:
@@ -143,7 +161,9 @@ def indices(
 
     def add(quantity: str, kind: str, table: np.ndarray, used: int) -> None:
         for name, (value, low, high) in zip(parameters, table.tolist(), strict=True):
-            out.append(Index(quantity=quantity, parameter=name, kind=kind, value=value, low=low, high=high, used=used))
+            if np.isfinite(value):
+                one = Index(quantity=quantity, parameter=name, kind=kind, value=value, low=low, high=high, used=used)
+                out.append(one)
 
     if sampling == "sobol":
         for quantity, values in columns.items():
