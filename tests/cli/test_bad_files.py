@@ -129,13 +129,14 @@ def test_a_folder_in_place_of_the_data_file_is_refused(refused, tmp_path):
     assert "a problem's folder must hold data.toml" in refused("analyse", tmp_path)
 
 
-def test_a_changed_gain_table_is_refused_by_export_and_still_readable_as_gains(refused, command, tmp_path):
+def test_a_changed_gain_table_is_refused_by_export_and_as_gains(refused, command, tmp_path):
     quick = ("--starts", "1", "--seed", "1", "--no-trade-off")
     assert command("design", "heave", *quick, "--out", tmp_path).code == 0
     table = tmp_path / "gains.json"
     text = table.read_text()
     table.write_text(text.replace('"seed": 1', '"seed": 2'))
     assert "the table was changed after it was signed" in refused("export", table, "--format", "csv")
+    assert "the table was changed after it was signed" in refused("analyse", "heave", "--gains", table)
     table.write_text(text[: len(text) // 2])
     assert "must be valid JSON" in refused("export", table, "--format", "csv")
     assert "must be valid JSON" in refused("analyse", "heave", "--gains", table)

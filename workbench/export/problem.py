@@ -21,6 +21,7 @@ from workbench.design.problem import Problem
 from workbench.design.requirement import QUANTITIES, Requirement
 from workbench.design.scheduled import Plan
 from workbench.errors import InputError, unknown_name
+from workbench.export.digest import check_digest
 from workbench.export.physics import CornerBlock, OperatingPointBlock, level_flight, printed_law
 from workbench.export.reading import read_mapping, read_text
 from workbench.export.schema import ProblemFile
@@ -301,11 +302,11 @@ def _motor_point(drive: MotorDrive) -> MotorPoint:
 
 
 def read_gains(path: Path, *, speed: float | None = None) -> Gains:
-    """Gains from a gain table or from a TOML or JSON mapping of the seventeen names.
+    """Gains from a gain table, unchanged since it was signed, or from a TOML or JSON mapping of the seventeen names.
 
     speed : where a table holds a schedule, the speed [m/s] its gains are taken at; those of the table if left out
     """
-    mapping = read_mapping(path)
+    mapping = _unchanged(path)
     inner = mapping.get("gains", mapping)
     if not isinstance(inner, dict):
         raise InputError(f"'gains' in {path} must be a mapping of the seventeen names; got a {type(inner).__name__}.")
@@ -319,8 +320,16 @@ def read_gains(path: Path, *, speed: float | None = None) -> Gains:
 
 def read_schedule(path: Path) -> Schedule | None:
     """The schedule in a gain table; None where it holds one set of gains."""
-    part = read_mapping(path).get("schedule")
+    part = _unchanged(path).get("schedule")
     return None if part is None else Schedule.from_dict(part)
+
+
+def _unchanged(path: Path) -> dict:
+    """The mapping in a file; where it is a gain table, with the digest that belongs to it."""
+    mapping = read_mapping(path)
+    if "digest" in mapping or "format" in mapping:
+        check_digest(mapping, path)
+    return mapping
 
 
 def _approved(path: Path, speed: float) -> Gains | None:

@@ -10,7 +10,6 @@ everything else, so a changed digit is noticed; promises say what a re-signed ta
 Published schema: gain_table.schema.json, beside this file.
 """
 
-import hashlib
 import json
 from datetime import UTC, datetime
 from pathlib import Path
@@ -24,6 +23,7 @@ from workbench.control.law import Actuator
 from workbench.control.schedule import Schedule
 from workbench.errors import InputError
 from workbench.export.certificate import certificate_of, plant_part
+from workbench.export.digest import check_digest, digest_of
 from workbench.export.reading import read_mapping
 from workbench.export.table_schema import (
     CertificatePart,
@@ -135,17 +135,6 @@ class GainTable(Result, Part):
         ]
 
 
-def canonical(document: dict[str, Any]) -> str:
-    """The one JSON text that the digest is taken of: keys sorted, no spaces, no digest, numbers as Python prints."""
-    content = {key: value for key, value in document.items() if key != "digest"}
-    return json.dumps(content, sort_keys=True, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
-
-
-def digest_of(document: dict[str, Any]) -> str:
-    """SHA-256 of a table's canonical JSON, in hexadecimal."""
-    return hashlib.sha256(canonical(document).encode("utf-8", errors="surrogatepass")).hexdigest()
-
-
 def signed(table: GainTable) -> GainTable:
     """The same table with the digest of its content."""
     return table.model_copy(update={"digest": digest_of(table.to_dict())})
@@ -218,17 +207,7 @@ def read_table(path: Path) -> GainTable:
             f"{path} must be a gain table of version {VERSION}; got {given['version']!r}. "
             "Use the workbench that wrote it."
         )
-    try:
-        expected = digest_of(document)
-    except (ValueError, RecursionError) as error:  # an overflowing number such as 1e999, or nesting without end
-        raise InputError(
-            f"{path} must hold finite numbers, not deeply nested; it does not. Get the table again from its source."
-        ) from error
-    if document.get("digest") != expected:
-        raise InputError(
-            f"the digest of {path} must be the SHA-256 of its content; it says {given['digest'][:12]!r}…, the content "
-            f"gives {expected[:12]!r}…: the table was changed after it was signed. Get it again from its source."
-        )
+    check_digest(document, Path(path))
     return _validated(document, str(path))
 
 
