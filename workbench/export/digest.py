@@ -1,6 +1,6 @@
 """What signs a gain table: the SHA-256 of its canonical JSON, so that a changed digit is noticed.
 
-    document --sorted keys, no spaces, UTF-8, without `digest`--> text --SHA-256--> digest
+document --sorted keys, no spaces, UTF-8, without `digest`--> text --SHA-256--> digest
 """
 
 import hashlib
