@@ -3,12 +3,15 @@ import pickle
 import control
 import numpy as np
 import pytest
+from goal_cases import slope_error
 
 from workbench.lti import Plant
 from workbench.tuning import Controller, Loop, Model, Structure
 from workbench.tuning.blocks import gain, low_pass, pid, pid_two_degrees
 from workbench.tuning.blocks_space import state_space
+from workbench.tuning.goals import Sensitivity
 from workbench.tuning.transfer import transfer_model
+from workbench.tuning.tune_programme import Labelled, Programme
 
 OMEGA = np.array([0.0, 0.2, 1.0, 7.0, 300.0])
 # python-control and we solve systems of condition near 1e3 in double precision
@@ -240,3 +243,48 @@ def test_a_loop_survives_the_way_to_another_process():
     again = pickle.loads(pickle.dumps((loop, loop.sensitivity("u1"))))
     for channel in (again[0].sensitivity("u1"), again[1]):
         np.testing.assert_array_equal(channel.response(K, OMEGA), loop.sensitivity("u1").response(K, OMEGA))
+
+
+def cascade(unit=1.0):
+    """1/(s + 1) under 2 + 1/s, followed by 1/(s + 2) under 0.05/s; time in other units."""
+    plant = Plant(
+        A=np.array([[-1.0, 0], [1, -2]]) / unit, B=np.array([[1.0], [0]]) / unit, C=np.eye(2), D=np.zeros((2, 1)),
+        states=("x1", "x2"), inputs=("u",), outputs=("inner", "outer"),
+    )  # fmt: skip
+    fast = pid("wanted - inner", "u", Kp=2.0, Ki=1.0 / unit, parts="PI", name="fast")
+    slow = pid("r - outer", "wanted", Kp=0.0, Ki=0.05 / unit, parts="I", name="slow")
+    return Loop(Model("cascade", plant), Structure((fast, slow), "r"))
+
+
+@pytest.mark.parametrize("unit", [1e-6, 1.0, 1e6])
+def test_an_integrator_behind_an_opening_does_not_make_the_channel_before_it_unstable(unit):
+    # 1/(1 + (2s + 1)/(s (s + 1))) = s (s + 1)/(s² + 3 s + 1) rises to its peak of 1 at infinity
+    loop = cascade(unit)
+    K = loop.structure.controller()
+    goal = Sensitivity(points=("u",), limit=1.0, openings=("wanted",)).bind(loop)
+    for value in (goal.evaluate(K), goal.exact(K)):
+        assert value.value == pytest.approx(1.0, rel=1e-8)
+    channel = loop.sensitivity("u", "wanted")
+    s = np.array([0.3j, 5j])
+    np.testing.assert_allclose(channel.response(K, s.imag / unit)[:, 0, 0], s * (s + 1) / (s**2 + 3 * s + 1))
+    assert channel.response(K, 0.0) == pytest.approx(0.0, abs=1e-12)  # where the integrator behind the opening stands
+    assert len(loop.poles(K, "wanted")) == 4  # the loop itself keeps every state
+    assert loop.poles(K).real.max() < 0 == loop.unstable_poles(K)
+
+
+def test_gradients_through_an_opening_are_those_of_differences():
+    loop = cascade()
+    goal = Sensitivity(points=("u",), limit={0.1: 0.1, 10.0: 2.0}, openings=("wanted",)).bind(loop)
+    assert slope_error(goal, loop.structure.controller()) < 1e-6
+
+
+def test_an_unstable_mode_that_a_goal_does_not_see_still_makes_the_tuning_unstable():
+    loop = cascade()
+    theta = loop.structure.start * np.where([n.startswith("slow") for n in loop.structure.names], -1.0, 1.0)
+    K = loop.structure.controller(theta)  # 0.05/s with the wrong sign
+    goal = Sensitivity(points=("u",), limit=1.5, openings=("wanted",))
+    assert goal.bind(loop).exact(K).value < 1
+    assert loop.unstable_poles(K) == 1
+    programme = Programme([Labelled("cascade", loop.model)], loop.structure, [goal])
+    assert programme.at(theta) is None
+    assert programme.exact_values(theta)[0].value == np.inf

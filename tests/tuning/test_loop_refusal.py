@@ -3,8 +3,10 @@ import pytest
 
 from workbench.errors import InputError
 from workbench.lti import Plant
+from workbench.lti.algebraic import closing
 from workbench.tuning import Controller, DelayLine, Loop, Model, Structure
-from workbench.tuning.blocks import gain, low_pass, pid
+from workbench.tuning.blocks import gain, low_pass, notch, pid
+from workbench.tuning.loop_check import check_modes
 
 
 def plant(A=((-1.0, 0.0), (1.0, 0.0)), B=((1.0,), (0.0,)), C=((0.0, 1.0),), D=None):
@@ -137,3 +139,95 @@ def test_an_algebraic_loop_without_solution_is_refused_at_the_start_and_later():
 def test_a_loop_that_cannot_be_is_refused_in_a_sentence(make, sentence):
     with pytest.raises(InputError, match=sentence):
         make()
+
+
+def scattered_modes(rng, n):
+    """Modes over six decades, the first one unstable, in random units of time, states, inputs and measurements."""
+    rates = -np.abs(rng.normal(size=n)) * 10 ** rng.uniform(-3, 3, size=n)
+    rates[0] *= -1
+    units, into, out = (np.diag(10 ** rng.uniform(-6, 6, size=k)) for k in (n, 2, 2))
+    T = units @ np.linalg.qr(rng.normal(size=(n, n)))[0]
+    return 10 ** rng.uniform(-6, 6) * T @ np.diag(rates) @ np.linalg.inv(T), T, into, out
+
+
+def test_modes_are_reached_and_seen_or_not_in_any_units():
+    rng = np.random.default_rng(1)
+    for _ in range(60):
+        A, T, into, out = scattered_modes(rng, int(rng.integers(2, 7)))
+        B, C = rng.normal(size=(len(A), 2)), rng.normal(size=(2, len(A)))
+        check_modes(A, T @ B @ into, out @ C @ np.linalg.inv(T), None, "scattered")
+        B[0] = 0.0
+        with pytest.raises(InputError, match="do not reach"):
+            check_modes(A, T @ B @ into, out @ C @ np.linalg.inv(T), None, "scattered")
+
+
+def test_six_decentralised_gains_that_start_at_the_edge_of_their_bounds_can_be_tuned():
+    # six unstable modes of 1 1/s, each under its own gain K in [0, 10] from 0: K = 3 stabilises them all
+    names = [str(k) for k in range(1, 7)]
+    structure = Structure(tuple(gain(f"-y{k}", f"u{k}", 0.0, name=f"K{k}", low=0.0, high=10.0) for k in names))
+    model = Model("six", plant(np.eye(6), np.eye(6), np.eye(6)))
+    assert structure.reach.tolist() == np.eye(6, dtype=bool).tolist()
+    assert Loop(model, structure).unstable_poles(structure.controller([3.0] * 6)) == 0
+
+
+def test_what_a_controller_can_reach_is_read_off_its_formula_and_frozen_values():
+    block = pid("e", "u", Kp=1.0, Ki=0.0, Kd=0.0)
+    assert Structure(block).reach.all()
+    assert not Structure(gain(["a", "b"], "u", [[1.0, 0.0]], name="K")).freeze("K_1_2").reach[0, 1]
+    held = gain(["a", "b"], "u", [[1.0, 0.0]], name="K")
+    assert not Structure(held).with_bounds("K_1_2", 0.0, 0.0).reach[0, 1]  # free in a box without room
+
+
+@pytest.mark.parametrize("name", ["before y1", "r - y1", "-y1"])
+def test_a_signal_whose_name_reads_as_another_is_refused(name):
+    named = Plant(
+        A=[[-1.0]], B=[[1.0, 1.0]], C=[[1.0]], D=[[0.0, 0.0]], states=("x",), inputs=("u1", name), outputs=("y1",)
+    )
+    with pytest.raises(InputError, match="also reads as made of"):
+        loop(Model("lag", named))
+
+
+def series(gains):
+    """1/(s + 1) behind a chain of gains: negative unity feedback."""
+    links = [f"a{k}" for k in range(1, len(gains))]
+    ends = zip(["r - y1", *links], [*links, "u1"], gains, strict=True)
+    blocks = tuple(gain(e, u, K, name=f"K{k}") for k, (e, u, K) in enumerate(ends))
+    return loop(Model("lag", plant([[-1.0]], [[1.0]], [[1.0]])), Structure(blocks, "r"))
+
+
+@pytest.mark.parametrize("gains", [[1e5], [1e5, 1.0], [1.0, 1e5], [1e-6, 1e11], [1e11, 1e-3, 1e-3], [1e8, 1e8, 1e-11]])
+def test_blocks_in_series_are_no_algebraic_loop_however_large_their_gains(gains):
+    chain = series(gains)
+    np.testing.assert_allclose(chain.poles(chain.structure.controller()), [-(1e5 + 1)], rtol=1e-12)
+
+
+def test_a_lead_before_a_notch_on_a_stage_of_a_thousand_kilograms_is_a_loop():
+    s = np.polynomial.Polynomial([0.0, 1.0])
+    blocks = pid("r - y1", "a", Kp=2e4, Kd=2e3, Tf=0.01, parts="PD"), notch("a", "u1", omega=50.0)
+    stage = loop(Model("stage", plant([[0.0, 0], [1, 0]], [[1e-3], [0]], [[0, 1.0]])), Structure(blocks, "r"))
+    pd, notched = 2e4 * (0.01 * s + 1) + 2e3 * s, s**2 + 2 * 0.1 * 50 * s + 2500
+    closed = 1e3 * s**2 * (0.01 * s + 1) * (s**2 + 2 * 50 * s + 2500) + pd * notched
+    found = np.sort_complex(stage.poles(stage.structure.controller()))
+    np.testing.assert_allclose(found, np.sort_complex(closed.roots()), rtol=1e-8)
+
+
+@pytest.mark.parametrize("unit", [1e-9, 1.0, 1e9])
+@pytest.mark.parametrize("off", [0.0, 1e-14, -1e-14])
+def test_a_direct_loop_that_is_singular_to_rounding_is_refused_in_any_units(unit, off):
+    K = (1 + off) / (3 * unit)
+    through = Model("through", plant([[-1.0]], [[1.0]], [[1.0]], [[3 * unit]]))
+    with pytest.raises(InputError, match="algebraic loop"):
+        loop(through, Structure(gain("y1", "u1", K)))
+    assert loop(through, Structure(gain("y1", "u1", 0.999 * K))).points == ("u1", "y1")
+
+
+def test_a_matrix_of_direct_gains_is_judged_alike_in_all_units():
+    rng = np.random.default_rng(3)
+    for _ in range(30):
+        D = rng.normal(size=(3, 3))
+        S = np.diag(10 ** rng.uniform(-8, 8, size=3))
+        singular = np.linalg.inv(D) @ np.linalg.inv(S)  # I − (S D) K = 0
+        assert not closing(S @ D, singular)[1]
+        E, sound = closing(S @ D, singular / 2)
+        assert sound
+        np.testing.assert_allclose(np.linalg.inv(S) @ E @ S, 2 * np.eye(3), atol=1e-9)

@@ -19,6 +19,7 @@ from workbench.analysis.crossing import ScalarResponse, sign_changes
 from workbench.analysis.norm import Peak, peak_gain
 from workbench.analysis.realisation import Realisation, balanced, checked, stable_poles
 from workbench.errors import InputError
+from workbench.lti.algebraic import IllPosedError, closing
 from workbench.result import Result, Row
 
 # Beyond this factor, and below its inverse, 1 − 1/T is rounding noise of T; reported as infinity and as zero.
@@ -93,12 +94,11 @@ def sensitivity(A, B, C, D=None) -> Realisation:
         If L is not square, or I + D is singular: then the loop has no solution.
     """
     A, B, C, D = checked(A, B, C, D)
-    closing = np.eye(len(D)) + _square(D, "the loop")
-    if np.linalg.cond(closing) > 1e12:  # twelve of sixteen digits lost: S(∞) would be noise
-        raise InputError(
+    D_s, sound = closing(_square(D, "the loop"), -np.eye(len(D)))
+    if not sound:
+        raise IllPosedError(
             "I + D must be invertible for the loop to close; it is singular. Add the actuator's or sensor's lag."
         )
-    D_s = np.linalg.inv(closing)
     return Realisation(A - B @ D_s @ C, B @ D_s, -D_s @ C, D_s)
 
 

@@ -14,10 +14,8 @@ import numpy as np
 
 from workbench.control.gains import Gains
 from workbench.control.law import ModalLaw
-from workbench.errors import InputError
 from workbench.lti import Plant
-
-SINGULAR = 1e10  # condition number of I + direct gain beyond which no digit of the loop is left
+from workbench.lti.algebraic import IllPosedError, closing
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -61,14 +59,13 @@ def interconnect(
     y = plant.index("outputs", sensors)
     Bu, Bw, Cy = plant.B[:, u], plant.B[:, w], plant.C[y]
     Dyu, Dyw = plant.D[np.ix_(y, u)], plant.D[np.ix_(y, w)]
-    loop_gain = np.eye(len(u)) - Dc @ Dyu
-    if np.linalg.cond(loop_gain) > SINGULAR:
-        raise InputError(
+    E, sound = closing(Dc, Dyu)
+    if not sound:
+        raise IllPosedError(
             "the direct acceleration gain closes an algebraic loop without solution (I + direct gain is singular); "
             "add the current-loop lag or change K_zddot, K_yddot."
         )
     # commands: u = E (Cc xc + Dc (Cy x + Dyw w + sensor error) + command error)
-    E = np.linalg.inv(loop_gain)
     n, nc, nu, ny = len(plant.A), len(Ac), len(u), len(y)
     U_state = np.hstack([E @ Dc @ Cy, E @ Cc])
     U_input = np.hstack([E @ Dc @ Dyw, E @ Dc, E])

@@ -12,7 +12,7 @@ from workbench.analysis.realisation import state_scale
 from workbench.control.gains import GAIN_NAMES
 from workbench.control.law import VERTICAL_CHANNELS
 from workbench.loop import Subject
-from workbench.loop.closed import SINGULAR
+from workbench.lti.algebraic import closing
 from workbench.study.modal import Loops, loops, peaks
 from workbench.study.plants import Reading
 
@@ -99,10 +99,7 @@ class Closing:
         sound = np.ones(b, bool)
         E = np.broadcast_to(np.eye(k), (b, k, k))
         if r.D_y.any():  # without current loops the commands reach the accelerometers at once
-            closing = E - through @ r.D_y
-            sound = np.linalg.cond(closing) <= SINGULAR
-            closing[~sound] = np.eye(k)
-            E = np.linalg.inv(closing)
+            E, sound = closing(through, r.D_y)
         law, filtered = E @ through, E @ filtered
         U = np.concatenate([law @ r.C_y, filtered], axis=2)
         n, m = r.A.shape[-1], len(mine)

@@ -32,6 +32,7 @@ class Channel:
     rational: Fraction  # without lines
     exact: Fraction  # with a line for each dead time behind the states
     lines: LinedSystem  # whose symbols belong to `exact`
+    kept: tuple[np.ndarray, np.ndarray] | None = None  # states of `rational` and of `exact` that count; None for all
     _last: dict[bool, tuple[Controller, Closed]] = field(init=False)
 
     def __post_init__(self) -> None:
@@ -39,15 +40,17 @@ class Channel:
 
     def __reduce__(self):
         given = (self.inputs, self.outputs, self.openings, self.sample_time, self.delayed)
-        return Channel, (*given, self.rational, self.exact, self.lines)
+        return Channel, (*given, self.rational, self.exact, self.lines, self.kept)
 
     def __repr__(self) -> str:
         opened = f", {', '.join(self.openings)} open" if self.openings else ""
         return f"<Channel: {', '.join(self.inputs)} → {', '.join(self.outputs)}{opened}>"
 
     def system(self, K: Controller) -> Realisation:
-        """(A, B, C, D) of the channel under K, nothing cancelled: the plant's states, then the controller's.
+        """(A, B, C, D) of the channel under K: the plant's states, then the controller's.
 
+        States that no path of nonzero entries leads through are left out (an integrator behind an opening); nothing is
+        cancelled. A channel without inputs and outputs has every state.
         Continuous dead times are Padé fractions of the model's order, sampled ones exact chains of states.
         Raises InputError where K closes an algebraic loop without solution.
         """
@@ -66,7 +69,7 @@ class Channel:
         omega = np.atleast_1d(np.asarray(omega, float))
         A, B, C, D, *_ = self._closed(K, exact=True)
         plain = self.sample_time is None and not self.delayed
-        return response(A, B, C, D, lambda at: self.lines.symbols(at, K.order), omega, plain=plain)
+        return response(A, B, C, D, lambda at: self._symbols(at, K.order), omega, plain=plain)
 
     def response_pullback(self, K: Controller, omega, W) -> Controller:
         """Gradient with respect to K of Re Σ conj(W)·T, T = `response(K, omega)` and W (k, p, m) held.
@@ -83,7 +86,7 @@ class Channel:
         if not finite.all():  # T(j∞) = D
             gradient += closed.left[N:].T @ W[~finite].real.sum(0) @ closed.right[:, N:].T
             omega, W = omega[finite], W[finite]
-        symbols = self.lines.symbols(omega, nk)
+        symbols = self._symbols(omega, nk)
         states = resolved(closed.A, symbols, closed.B, omega)
         costates = resolved(closed.A.T, symbols, closed.C.T, omega)
         left = costates.transpose(0, 2, 1) @ closed.left[:N] + closed.left[N:]  # (k, p, nk + nu)
@@ -95,10 +98,18 @@ class Channel:
         """The state matrix under K with the delay lines as rows of their own; `lines.symbols` says what they mean."""
         return self._closed(K, exact=True).A
 
+    def _symbols(self, omega: np.ndarray, order: int) -> np.ndarray:
+        """Those of the states that count."""
+        symbols = self.lines.symbols(omega, order)
+        return symbols if self.kept is None else symbols[:, self.kept[1]]
+
     def _closed(self, K: Controller, *, exact: bool) -> Closed:
         """The closed system, kept until another controller comes."""
         exact = exact and self.exact is not self.rational
         last = self._last.get(exact)
         if last is None or last[0] is not K:
-            last = self._last[exact] = (K, (self.exact if exact else self.rational).closed(K))
+            closed = (self.exact if exact else self.rational).closed(K)
+            if self.kept is not None:
+                closed = closed.part(self.kept[int(exact)])
+            last = self._last[exact] = (K, closed)
         return last[1]

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.tuning.loop_delay import inverse
+from workbench.lti.algebraic import IllPosedError, closing
 from workbench.tuning.structure import Controller
 
 
@@ -28,6 +28,15 @@ class Closed(NamedTuple):
     D: np.ndarray  # (p, m)
     left: np.ndarray  # L (N + p, nk + nu)
     right: np.ndarray  # R (nk + ny, N + m)
+
+    def part(self, kept: np.ndarray) -> "Closed":
+        """The states (k,) alone; the same channel if the others are not reached or not seen."""
+        N = len(self.A)
+        rows = np.r_[kept, np.arange(N, len(self.left))]
+        columns = np.r_[kept, np.arange(N, self.right.shape[1])]
+        return Closed(
+            self.A[np.ix_(kept, kept)], self.B[kept], self.C[:, kept], self.D, self.left[rows], self.right[:, columns]
+        )
 
 
 class Fraction(NamedTuple):
@@ -48,10 +57,29 @@ class Fraction(NamedTuple):
         """Whether v acts on e at once."""
         return bool(self.D22.any())
 
+    def visible(self, pattern: np.ndarray, order: int) -> np.ndarray:
+        """The closed system's states (k,) that w reaches and z sees, for every controller of a pattern.
+
+        pattern : (order + nu, order + ny) of bool, the entries of [[A, B], [C, D]] that may differ from zero
+
+        Decided on the graph of entries that are not zero, without a tolerance: what it leaves out is left out exactly.
+        """
+        n, (nz, m), (ny, nu) = len(self.A), self.D11.shape, self.D22.shape
+        x, k, v, e, w, z = np.split(np.arange(n + order + nu + ny + m + nz), np.cumsum([n, order, nu, ny, m]))
+        edges = np.zeros((n + order + nu + ny + m + nz,) * 2, bool)  # [to, from]
+        for to, parts in ((x, (self.A, self.B2, self.B1)), (e, (self.C2, self.D22, self.D21)),
+                          (z, (self.C1, self.D12, self.D11))):  # fmt: skip
+            for origin, part in zip((x, v, w), parts, strict=True):
+                edges[np.ix_(to, origin)] = part != 0
+        edges[np.ix_(np.r_[k, v], np.r_[k, e])] = pattern
+        seen = _reached(edges, w) & _reached(edges.T, z)
+        return np.flatnonzero(seen[: n + order])
+
     def closed(self, K: Controller) -> Closed:
         """The system under a controller.
 
-        Raises InputError for a controller that does not fit or closes an algebraic loop without solution.
+        Raises InputError for a controller that does not fit, IllPosedError for one that closes an algebraic loop
+        without solution.
         """
         n, m, p = len(self.A), self.B1.shape[1], len(self.C1)
         nk, (nu, ny) = K.order, K.D.shape
@@ -65,10 +93,9 @@ class Fraction(NamedTuple):
         left[n:N, :nk] = np.eye(nk)
         right[:nk, n:N] = np.eye(nk)
         if self.direct:
-            inner = np.eye(ny) - self.D22 @ K.D
-            E = inverse(inner)
-            if E is None:
-                raise InputError(
+            E, sound = closing(self.D22, K.D)
+            if not sound:
+                raise IllPosedError(
                     "the controller's direct gain closes an algebraic loop without solution (I − D_plant D_controller "
                     "is singular); change that gain, or add a lag to the plant or the controller."
                 )
@@ -87,6 +114,16 @@ class Fraction(NamedTuple):
         S[n:N] = made[:nk]
         S[N:] += self.D12 @ made[nk:]
         return Closed(S[:N, :N], S[:N, N:], S[N:, :N], S[N:, N:], left, right)
+
+
+def _reached(edges: np.ndarray, start: np.ndarray) -> np.ndarray:
+    """Nodes (k,) of bool that lie on a path from the start; edges (k, k) [to, from]."""
+    found = np.zeros(len(edges), bool)
+    fresh = np.array(start, int)
+    while len(fresh):
+        found[fresh] = True
+        fresh = np.flatnonzero(edges[:, fresh].any(axis=1) & ~found)
+    return found
 
 
 def pulled_back(closed: Closed, K: Controller, GA, GB, GC, GD) -> Controller:

@@ -34,6 +34,8 @@ class Structure:
     names : of the free ones on which the controller depends (the filter of a derivative frozen at zero is not one)
     inputs, outputs : of the joined controller: signed sums, signals
     sample_time : [s] of discrete states, or None
+    pattern : (order + outputs, order + inputs) of bool; the entries of [[A, B], [C, D]] that are not zero for every
+        value within the bounds
 
     Raises
     ------
@@ -49,6 +51,7 @@ class Structure:
     outputs: tuple[str, ...] = field(init=False)
     sample_time: float | None = field(init=False)
     order: int = field(init=False)
+    pattern: np.ndarray = field(init=False)
     _stacked: Buffered | np.ndarray = field(init=False)
     _reverse: Buffered | None = field(init=False)
 
@@ -67,6 +70,7 @@ class Structure:
         symbols = {p.name: ca.SX.sym(p.name) for p in self.parameters if p.free}
         stacked, order = self._assembled(symbols)
         put("order", order)
+        put("pattern", self._pattern(symbols, stacked))
         acting = {s.name() for s in ca.symvar(stacked)}
         put("names", tuple(name for name in symbols if name in acting))
         theta = ca.vertcat(*(symbols[name] for name in self.names))
@@ -112,6 +116,24 @@ class Structure:
                         total[row, column] += part[i, j]
             first += len(states)
         return ca.densify(total), order
+
+    def _pattern(self, symbols: Mapping[str, ca.SX], stacked: ca.SX) -> np.ndarray:
+        """Where the joined matrices can differ from zero: a formula knows, whatever the parameters' values."""
+        held = {p.name: ca.SX(p.value) for p in self.parameters if p.free and p.low == p.high}
+        if held:
+            stacked = self._assembled({**symbols, **held})[0]
+        rows, columns = stacked.shape
+        return np.array([[not stacked[i, j].is_zero() for j in range(columns)] for i in range(rows)])
+
+    @property
+    def reach(self) -> np.ndarray:
+        """(outputs, inputs) of bool: the entries of the controller's transfer function that can differ from zero."""
+        n = self.order
+        A, B, C, D = self.pattern[:n, :n], self.pattern[:n, n:], self.pattern[n:, :n], self.pattern[n:, n:]
+        driven = B
+        for _ in range(n):
+            driven = driven | (A @ driven)
+        return D | (C @ driven)
 
     @property
     def start(self) -> np.ndarray:

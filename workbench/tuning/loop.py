@@ -21,10 +21,10 @@ from workbench.errors import InputError, unknown_name
 from workbench.tuning.channel import Channel
 from workbench.tuning.channel_fraction import Fraction
 from workbench.tuning.joined import Structure
-from workbench.tuning.loop_check import check_modes, check_pattern, pattern_of
+from workbench.tuning.loop_check import check_modes, check_pattern
 from workbench.tuning.loop_count import unstable_poles
 from workbench.tuning.loop_delay import LinedSystem, rational
-from workbench.tuning.loop_signals import BEFORE, known_terms
+from workbench.tuning.loop_signals import BEFORE, known_terms, refuse_ambiguous
 from workbench.tuning.model import Model
 from workbench.tuning.structure import Controller
 
@@ -75,6 +75,7 @@ class Loop:
                 f"every signal of a loop must have one origin; {doubled[0]!r} has two among model, references and "
                 "blocks. Rename one of them."
             )
+        refuse_ambiguous(points)
         put("points", points)
         put("_position", {name: i for i, name in enumerate(points)})
         read = {name for text in structure.inputs for name in self._terms(text, points)}
@@ -126,7 +127,7 @@ class Loop:
         open_loop = self._all.rational
         seen = open_loop.A, open_loop.B2, open_loop.C2
         check_modes(*seen, h, self.model.name)
-        check_pattern(*seen, open_loop.D22, pattern_of(structure), h, self.model.name)
+        check_pattern(*seen, open_loop.D22, structure.reach, h, self.model.name)
 
     def channel(
         self, inputs: str | Iterable[str], outputs: str | Iterable[str], openings: str | Iterable[str] = ()
@@ -180,10 +181,16 @@ class Loop:
             raise InputError(f"a channel's inputs must be distinct points; got {list(inputs)}.")
         exact = self._fraction(self._lined, inputs, outputs, openings, sign)
         same = not len(self._lined.dead_times)
+        rational = exact if same else self._fraction(self._rational, inputs, outputs, openings, sign)
+        kept = None
+        if inputs or outputs:
+            rational_kept, exact_kept = (
+                fraction.visible(self.structure.pattern, self.structure.order) for fraction in (rational, exact)
+            )
+            kept = rational_kept, exact_kept
         return Channel(
-            inputs, outputs, openings, self.model.sample_time, self.model.delayed,
-            exact if same else self._fraction(self._rational, inputs, outputs, openings, sign), exact, self._lined,
-        )  # fmt: skip
+            inputs, outputs, openings, self.model.sample_time, self.model.delayed, rational, exact, self._lined, kept
+        )
 
     def _fraction(self, plant: LinedSystem, inputs, outputs, openings, sign: float) -> Fraction:
         """The loop with the controller pulled out. Points hold `after = passed · before + push`."""

@@ -8,12 +8,12 @@ Source: Wang & Davison, IEEE Trans. Automatic Control 18 (1973) 473.
 
 import numpy as np
 
-from workbench.analysis.realisation import EPS, balanced
+from workbench.analysis.realisation import EPS, state_scale
 from workbench.errors import InputError
-from workbench.tuning.joined import Structure
 
 UNMOVED = 1e-8  # of the balanced matrix's norm; a multiple eigenvalue is rounded by the root of 1e-16
-RANK = 1e-10  # of the balanced matrix's norm: rounding is below 1e-13 of it, couplings that matter above 1e-7
+RANK = 1e-12  # of the balanced matrix's norm: rounding is below 1e-13 of it
+ROUNDS = 4  # of balancing: the inputs' and measurements' units follow the states'
 
 
 def unstable(poles: np.ndarray, sample_time: float | None, rounding: float) -> np.ndarray:
@@ -28,7 +28,7 @@ def check_modes(A: np.ndarray, B: np.ndarray, C: np.ndarray, sample_time: float 
     """
     if len(A) == 0:
         return
-    A, B, C, _ = balanced(A, B, C, np.zeros((len(C), B.shape[1])))
+    A, B, C, _ = _in_like_units(A, B, C)
     size = max(float(np.linalg.norm(A, 2)), np.finfo(float).tiny)
     poles = np.linalg.eigvals(A)
     B = _unit(B) * size
@@ -42,7 +42,8 @@ def check_modes(A: np.ndarray, B: np.ndarray, C: np.ndarray, sample_time: float 
             if np.linalg.svd(joined, compute_uv=False)[-1] < RANK * size:
                 raise InputError(
                     f"every unstable mode must be {lacking} by the structure; model {name!r} has the eigenvalue "
-                    f"{_written(pole)} that its signals do not {verb}. {cure}, or take the mode out of the model."
+                    f"{_written(pole)} that its signals do not {verb}. {cure}, or take the mode out of the model "
+                    "(transfer_model(…, minimal=True) does where fractions share it)."
                 )
 
 
@@ -53,7 +54,7 @@ def check_pattern(A, B, C, D, pattern: np.ndarray, sample_time: float | None, na
     """
     if len(A) == 0 or pattern.all():
         return
-    A, B, C, D = balanced(A, B, C, D)
+    A, B, C, _ = _in_like_units(A, B, C)
     size = max(float(np.linalg.norm(A, 2)), np.finfo(float).tiny)
     poles = np.linalg.eigvals(A)
     fixed = poles[unstable(poles, sample_time, len(A) * EPS * size)]
@@ -78,14 +79,21 @@ def check_pattern(A, B, C, D, pattern: np.ndarray, sample_time: float | None, na
         )
 
 
-def pattern_of(structure: Structure) -> np.ndarray:
-    """Which entries (nu, ny) of the controller's transfer function can differ from zero, as random parameters show."""
-    random, (low, high) = np.random.default_rng(0), structure.bounds.T
-    start, found = structure.start, np.zeros((len(structure.outputs), len(structure.inputs)), bool)
-    for _ in range(4):
-        theta = np.clip(start + random.normal(size=len(start)) * np.maximum(np.abs(start), 1.0), low, high)
-        found |= structure.controller(theta).response([0.7390851])[0] != 0  # at a frequency of no importance
-    return found
+def _in_like_units(A: np.ndarray, B: np.ndarray, C: np.ndarray) -> tuple[np.ndarray, ...]:
+    """A, B, C in units of the states for which A and a feedback from C to B have rows and columns of like size; those
+    units (n,), powers of two. Balancing A alone leaves the units of states that do not touch each other to chance.
+    """
+    n, nu, ny = len(A), B.shape[1], len(C)
+    units = np.ones(n)
+    pace = float(np.abs(np.linalg.eigvals(A)).max()) or 1.0
+    for _ in range(ROUNDS):
+        scaled = np.zeros((n + nu + ny,) * 2)
+        scaled[:n, :n] = A / units[:, None] * units
+        scaled[:n, n : n + nu] = pace * _unit(B / units[:, None])
+        scaled[n : n + nu, n + nu :] = pace
+        scaled[n + nu :, :n] = pace * _unit((C * units).T).T
+        units = units * state_scale(scaled)[:n]
+    return A / units[:, None] * units, B / units[:, None], C * units, units
 
 
 def _written(pole: complex) -> str:

@@ -13,9 +13,9 @@ import numpy as np
 
 from workbench.analysis.realisation import Realisation, responder
 from workbench.errors import InputError
+from workbench.lti.algebraic import IllPosedError, closing
 
 MANY = 12  # frequencies from which one Schur form is cheaper than a linear system each
-SINGULAR = 1e10  # condition number of I + direct gain beyond which no digit of the loop is left
 
 
 class LinedSystem(NamedTuple):
@@ -91,25 +91,15 @@ def rational(system: LinedSystem, order: int) -> Realisation:
     J = np.diag([part[3].item() for part in parts])
     # η = H x_d + J v and v = A_vx x + A_vη η + B_v w, the lines' rows
     A_xx, A_xl, A_lx, A_ll = system.A[:n, :n], system.A[:n, n:], system.A[n:, :n], system.A[n:, n:]
-    around = np.eye(q) - A_ll @ J
-    E = inverse(around)
-    if E is None:
-        raise InputError("the delay lines' fractions close an algebraic loop; choose another pade_order.")
+    E, sound = closing(A_ll, J)
+    if not sound:
+        raise IllPosedError("the delay lines' fractions close an algebraic loop; choose another pade_order.")
     v_x, v_d, v_w = E @ A_lx, E @ A_ll @ H, E @ system.B[n:]
     l_x, l_d, l_w = J @ v_x, H + J @ v_d, J @ v_w
     A = np.block([[A_xx + A_xl @ l_x, A_xl @ l_d], [G @ v_x, F + G @ v_d]])
     B = np.vstack([system.B[:n] + A_xl @ l_w, G @ v_w])
     C = np.hstack([system.C[:, :n] + system.C[:, n:] @ l_x, system.C[:, n:] @ l_d])
     return Realisation(A, B, C, system.D + system.C[:, n:] @ l_w)
-
-
-def inverse(matrix: np.ndarray) -> np.ndarray | None:
-    """The inverse, or None where the matrix is singular but for rounding."""
-    try:
-        inverse = np.linalg.inv(matrix)
-    except np.linalg.LinAlgError:
-        return None
-    return inverse if np.linalg.norm(matrix) * np.linalg.norm(inverse) <= SINGULAR else None
 
 
 def pade(dead_time: float, order: int) -> Realisation:

@@ -44,3 +44,18 @@ def known_terms(text: str, known: Iterable[str], listed: Sequence[str]) -> dict[
             bare = name.removeprefix(BEFORE)
             raise unknown_name("signal", name if bare in listed else bare, listed)
     return found
+
+
+def refuse_ambiguous(points: Sequence[str]) -> None:
+    """Refuse a point whose name can be read as what is before another, or as a signed sum of others."""
+    for name in points:
+        others = set(points) - {name}
+        try:
+            read = {term.removeprefix(BEFORE) for term in terms(name)}
+        except InputError:
+            continue
+        if read <= others:
+            raise InputError(
+                f"every point of a loop must have a name of its own; {name!r} also reads as made of "
+                f"{', '.join(sorted(read))}. Rename it."
+            )

@@ -14,8 +14,11 @@ from typing import cast
 
 import numpy as np
 
+from workbench.analysis.realisation import Realisation
 from workbench.errors import InfeasibleError, InputError
+from workbench.lti.algebraic import IllPosedError
 from workbench.result import Result, Row
+from workbench.tuning.channel import Channel
 from workbench.tuning.joined import Structure
 from workbench.tuning.loop import Loop
 from workbench.tuning.nonsmooth import minimise
@@ -55,13 +58,13 @@ class Abscissa:
         self._loops = [(loop, loop.channel((), ()), loop.sample_time) for loop in loops]
 
     def __call__(self, theta: np.ndarray) -> list[tuple[float, np.ndarray]]:
-        """Pieces (value, gradient (n,)), none where the loop has no finite matrices."""
+        """Pieces (value, gradient (n,)), none where matrices are infinite or an algebraic loop has no solution."""
         from scipy.linalg import eig
 
         K = self._structure.controller(theta)
         pieces = []
         for _, channel, h in self._loops:
-            A, *rest = channel.system(K)
+            A, *rest = _system(channel, K)
             if not np.all(np.isfinite(A)):
                 return []
             if len(A) == 0:
@@ -83,7 +86,7 @@ class Abscissa:
         return pieces or [(-math.inf, np.zeros(len(theta)))]
 
     def value(self, theta: np.ndarray) -> float:
-        """The largest alone [1/s], infinite where the loop has no finite matrices."""
+        """The largest alone [1/s], infinite where the loop has no finite matrices or an algebraic loop no solution."""
         return self.worst(theta)[0]
 
     def worst(self, theta: np.ndarray) -> tuple[float, complex, str]:
@@ -91,7 +94,7 @@ class Abscissa:
         K = self._structure.controller(theta)
         found = (-math.inf, complex(-math.inf), "")
         for loop, channel, h in self._loops:
-            A = channel.system(K)[0]
+            A = _system(channel, K)[0]
             if not np.all(np.isfinite(A)):
                 return math.inf, complex(math.inf), loop.name
             values = np.linalg.eigvals(A)
@@ -100,6 +103,15 @@ class Abscissa:
                 k = int(np.argmax(size))
                 found = (float(size[k]), complex(values[k]), loop.name)
         return found
+
+
+def _system(channel: Channel, K: Controller) -> Realisation:
+    """The closed loop, its matrices infinite where an algebraic loop has no solution: outside the domain."""
+    try:
+        return channel.system(K)
+    except IllPosedError:
+        none = np.full((1, 1), np.inf)
+        return Realisation(none, none, none, none)
 
 
 def _size(values: np.ndarray, h: float | None) -> np.ndarray:

@@ -16,6 +16,7 @@ import numpy as np
 
 from workbench.analysis.norm import peak_gain
 from workbench.analysis.variance import stationary
+from workbench.budget import checked_budget
 from workbench.errors import InfeasibleError, InputError
 from workbench.result import Result, Row
 from workbench.tuning.nonsmooth import Minimum, minimise
@@ -114,6 +115,7 @@ def static_feedback(
         raise InputError(f"norm must be one of {', '.join(NORMS)}; got {norm!r}. Choose one.")
     if starts < 1:
         raise InputError(f"starts must be at least 1; got {starts!r}. Four is usual.")
+    checked_budget(budget_seconds)
     loop = StaticLoop.of(A, B1, B2, C1, C, D11, D12, D21)
     gains = GainSet.everything(loop.size())
     if norm == "h2":

@@ -14,6 +14,7 @@ from time import perf_counter
 
 import numpy as np
 
+from workbench.budget import checked_budget
 from workbench.errors import InfeasibleError, InputError
 from workbench.threads import one_thread
 from workbench.tuning.goal import Goal
@@ -101,6 +102,7 @@ def tune(
         raise InputError(f"models must have distinct names; got {names}. Rename the doubled one.")
     if starts < 1 or workers < 1:
         raise InputError(f"starts and workers must be at least 1; got {starts!r} and {workers!r}.")
+    checked_budget(budget_seconds)
     if min_decay is not None and not (math.isfinite(min_decay) and min_decay >= 0):
         raise InputError(f"min_decay must be zero or more [1/s]; got {min_decay!r}. Leave it out for the usual.")
     labelled = [Labelled(model.name, model) for model in given]

@@ -8,18 +8,19 @@ filtered by the model's own name.
 """
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.tuning.goal import Bound, Goal, Value
+from workbench.tuning.goal import Bound, Goal, Value, infinite
 from workbench.tuning.joined import Structure
 from workbench.tuning.loop import Loop
 from workbench.tuning.model import Model
 from workbench.tuning.stabilise import Abscissa
+from workbench.tuning.structure import Controller
 
 LEAST_DECAY = 1e-7  # usual least decay over the fastest pole: a billion times what rounding makes of a pole at zero
 NEAR_EDGE = 1e2  # least decays from the axis within which slow poles are pieces
@@ -72,7 +73,8 @@ class Programme:
             raise InputError(
                 f"a tuning must have at least one model and one goal; got {len(models)} and {len(goals)}. Give both."
             )
-        self.structure, self.goals = structure, tuple(goals)
+        goals = distinct(goals)
+        self.structure, self.goals = structure, goals
         self.loops = [Loop(entry.model, structure) for entry in models]
         self.abscissa = Abscissa(self.loops, structure)
         self.tasks = [
@@ -120,7 +122,7 @@ class Programme:
                 if 0 < -value < NEAR_EDGE * self.min_decay:
                     found.decay.append((-self.min_decay / value, self.min_decay / value**2 * gradient))
         for task in self.tasks:
-            value = task.bound.evaluate(K)
+            value = _undefined_is_infinite(task.bound.evaluate, K)
             if not math.isfinite(value.value):
                 return None
             pieces = found.hard if task.goal.hard else found.soft
@@ -128,11 +130,55 @@ class Programme:
         return found
 
     def smooth_values(self, theta: np.ndarray) -> list[Value]:
-        """The steering value of each task."""
+        """The steering value of each task; infinite, with the reason, where there is none."""
         K = self.structure.controller(theta)
-        return [task.bound.evaluate(K) for task in self.tasks]
+        return [_undefined_is_infinite(task.bound.evaluate, K) for task in self.tasks]
 
     def exact_values(self, theta: np.ndarray) -> list[Value]:
         """The deciding value of each task; every one infinite where a loop is unstable."""
         K = self.structure.controller(theta)
-        return [task.bound.exact(K) for task in self.tasks]
+        if reason := self.unstable(K):
+            return [infinite(reason) for _ in self.tasks]
+        return [_undefined_is_infinite(task.bound.exact, K) for task in self.tasks]
+
+    def unstable(self, K: Controller) -> str:
+        """Why a loop is not stable, the whole of it, whatever the goals see; empty if all are."""
+        for loop in self.loops:
+            try:
+                count = loop.unstable_poles(K)
+            except InputError as error:
+                return str(error)
+            if count:
+                return f"the closed loop of {loop.name!r} is unstable: {count} poles on or beyond the limit."
+        return ""
+
+
+def distinct(goals: Sequence[Goal]) -> tuple[Goal, ...]:
+    """The goals, those whose name was left out and is another's too numbered: "Gain r → y", "Gain r → y (2)", ….
+
+    Raises InputError for two of one given name.
+    """
+    taken: set[str] = set()
+    found = []
+    for goal in goals:
+        name, count = goal.name, 1
+        while name in taken:
+            if goal.name != replace(goal, name="").name:
+                raise InputError(f"goals must have distinct names; two are called {name!r}. Rename one of them.")
+            count += 1
+            name = f"{goal.name} ({count})"
+        taken.add(name)
+        found.append(goal if name == goal.name else replace(goal, name=name))
+    return tuple(found)
+
+
+def _undefined_is_infinite(measure: Callable[[Controller], Value], K: Controller) -> Value:
+    """The measure of a controller; a point where it does not exist is one outside the domain, not the end of a search.
+
+    That is an algebraic loop without solution, a pole on the axis at a frequency that is asked for, an eigenvalue
+    problem that does not converge.
+    """
+    try:
+        return measure(K)
+    except (InputError, np.linalg.LinAlgError) as error:
+        return infinite(str(error))

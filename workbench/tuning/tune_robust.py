@@ -16,6 +16,7 @@ from time import perf_counter
 
 import numpy as np
 
+from workbench.budget import checked_budget
 from workbench.errors import InfeasibleError, InputError
 from workbench.result import Result, Row
 from workbench.threads import one_thread
@@ -99,6 +100,7 @@ def tune_robust(
         If a hard goal is not met on the visited models, or a worse model remains when rounds or time run out.
     """
     begun = perf_counter()
+    checked_budget(budget_seconds)
     names, low, high = _checked(box)
     if rounds < 1 or searches < 1:
         raise InputError(f"rounds and searches must be at least 1; got {rounds!r} and {searches!r}.")
