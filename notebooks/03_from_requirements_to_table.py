@@ -125,7 +125,7 @@ with tempfile.TemporaryDirectory() as folder:
     table = write_table(table_from_design(found, {c.name: c.to_dict() for c in cases}), Path(folder) / "gains.json")
     again = read_table(Path(folder) / "gains.json")
 print(f"digest {again.digest[:16]}…, problem data {again.data_sha256[:16]}…")
-print("\n".join(render(again, "c").decode().splitlines()[:12]))
+print("\n".join(render(again, "c", accept=True).decode().splitlines()[:12]))
 
 # %% [markdown]
 # ## The answer, checked
