@@ -2,6 +2,7 @@
 
 import math
 import pickle
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -123,6 +124,8 @@ def test_the_same_holds_on_a_sampled_loop(goal, sampled):
 @pytest.mark.slow
 @pytest.mark.parametrize("goal", GOALS, ids=_labels(GOALS))
 def test_the_same_holds_with_dead_times(goal, delayed):
+    if isinstance(goal, Poles):
+        goal = replace(goal, focus=(0.0, 20.0))  # of infinitely many
     _check(goal, delayed)
 
 

@@ -60,10 +60,30 @@ def test_the_count_agrees_with_fractions_of_high_order_where_these_are_exact(k):
     assert loop.unstable_poles(structure.controller()) == np.sum(poles.real > 0)
 
 
-def test_dead_times_that_feed_each_other_directly_are_refused():
+def test_a_dead_time_that_feeds_itself_directly_is_counted_below_a_gain_of_one_and_refused_above():
+    # 1 + k e^(−sT) (1 + 1/(s + 1)): far out a gain k at every phase; near rest 2k > 1 makes half a turn's pairs
     plant = Plant.from_matrices([[-1.0]], [[1.0]], [[1.0]], [[1.0]])
-    with pytest.raises(InputError, match="every circle holds a state"):
-        unstable(plant, 0.5, 1.0)
+    for k, T in ((0.3, 1.0), (0.45, 1.0), (0.7, 1.0), (0.7, 5.0), (0.95, 3.0)):
+        omega = np.linspace(1e-4, 400, 200_001)  # Nyquist, the rest of the curve is a circle of radius k about 0
+        L = k * np.exp(-1j * omega * T) * (1 + 1 / (1j * omega + 1))
+        assert unstable(plant, k, T) == round(-np.angle((1 + L[1:]) / (1 + L[:-1])).sum() / np.pi)
+    with pytest.raises(InputError, match="must feed each other at once by a gain below 1"):
+        unstable(plant, 1.0, 1.0)
+
+
+def test_dead_times_that_feed_each_other_count_with_the_gain_of_their_worst_phases():
+    # Two feedthroughs crossed by 0.7·[[1, 1], [1, −1]]: entries' sizes have the radius 1.4, the worst phases 0.99
+    H = np.array([[1.0, 1.0], [1.0, -1.0]])
+    lag = Plant.from_matrices(-np.eye(2), 0.01 * np.eye(2), np.eye(2), np.eye(2))
+
+    def count(size):
+        block = gain(["y1", "y2"], ["u1", "u2"], size * H)
+        loop = Loop(Model("crossed", lag, {"u1": 1.0, "u2": np.sqrt(2)}), Structure(block))
+        return loop.unstable_poles(loop.structure.controller())
+
+    assert count(0.7) == 0
+    with pytest.raises(InputError, match="below 1, whatever their phases"):
+        count(0.71)
 
 
 def test_without_dead_times_the_eigenvalues_are_counted():

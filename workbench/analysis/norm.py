@@ -24,6 +24,7 @@ from workbench.analysis.realisation import (
     frequency_response,
     responder,
     stable_poles,
+    state_scale,
 )
 from workbench.analysis.variance import stationary
 from workbench.errors import InputError
@@ -237,7 +238,7 @@ def _finite(values: np.ndarray, infinite: int) -> np.ndarray:
 
 def _axis_problem(system: Realisation, level: float) -> _AxisProblem:
     """The eigenvalue problem of a level: a Hamiltonian matrix, or a pencil where the level is close to σ_max(D)."""
-    from scipy.linalg import eigvals, matrix_balance
+    from scipy.linalg import eigvals
 
     A, B, C, D = system
     n, (p, m) = len(A), D.shape
@@ -246,7 +247,8 @@ def _axis_problem(system: Realisation, level: float) -> _AxisProblem:
         outer = np.linalg.inv(level**2 * np.eye(p) - D @ D.T)
         drift = A + B @ inner @ D.T @ C
         M = np.block([[drift, level * B @ inner @ B.T], [-level * C.T @ outer @ C, -drift.T]])
-        M = matrix_balance(M, permute=False)[0]
+        scale = state_scale(M)
+        M = M / scale[:, None] * scale
         return _AxisProblem(M, None, 0, np.linalg.eigvals(M))
     M = np.zeros((2 * n + m + p, 2 * n + m + p))
     inputs, outputs = slice(2 * n, 2 * n + m), slice(2 * n + m, None)

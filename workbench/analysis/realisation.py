@@ -76,11 +76,11 @@ def checked(A, B, C, D=None) -> Realisation:
 
 def state_scale(A: np.ndarray) -> np.ndarray:
     """Powers of two s (n,) for which diag(s)⁻¹ A diag(s) has rows and columns of like size; they round nothing."""
-    from scipy.linalg import matrix_balance
+    from scipy.linalg.lapack import dgebal
 
     if len(A) == 0:
         return np.ones(0)
-    return matrix_balance(A, permute=False, separate=True)[1][0]
+    return dgebal(A, scale=1, permute=0)[3]  # SciPy's matrix_balance loses scales beyond 2⁶³
 
 
 def balanced(A, B, C, D) -> Realisation:

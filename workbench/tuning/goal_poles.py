@@ -9,6 +9,7 @@ sector, inside the circle; and a positive definite P with MᴴP + PM < 0 proves 
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -17,12 +18,14 @@ import numpy as np
 from workbench.analysis.realisation import state_scale
 from workbench.errors import InputError
 from workbench.tuning.goal import FULL_BAND, NEAR, Bound, Goal, Value, infinite, near
+from workbench.tuning.goal_roots import COUNTED, check_focus, root_limits
 
 if TYPE_CHECKING:
     from workbench.tuning.structure import Controller
 
 SMALLEST_OVERLAP = 1e-12  # |yᴴx| of unit eigenvectors below which a pole is multiple to rounding
 FIRST_SLACK, LAST_SLACK = 1e-9, 1e-2  # of a region's level, between which a Lyapunov proof is tried
+Pull = Callable[[int, complex], "Controller"]
 VANISHED = 1e-30  # |z| of a pole so fast that log z says nothing
 
 
@@ -54,7 +57,11 @@ class Poles(Goal):
 
     def bind(self, loop: Any) -> Bound:
         """The goal on the closed loop with `openings` open."""
-        return Bound(self, PoleMeasure(region(self), loop.channel((), (), self.openings)))
+        channel = loop.channel((), (), self.openings)
+        if channel.delayed:
+            start = loop.structure.controller()
+            check_focus(region(self), channel.lined(start), channel.late(start))
+        return Bound(self, PoleMeasure(region(self), channel))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -141,18 +148,13 @@ class PoleMeasure:
     channel: Any
 
     def evaluate(self, K: "Controller") -> Value:
-        """Eigenvalues; ∂λ = yᴴ ∂A x/(yᴴ x) for every pole near the largest measure."""
-        from scipy.linalg import eig
-
+        """Eigenvalues, or located roots with dead time; the gradient of every one near the largest measure."""
         try:
-            A, B, C, D = self.channel.system(K)
+            poles, pull = (self._roots if self.channel.delayed else self._eigenvalues)(K)
         except InputError as error:  # an algebraic loop without solution
             return infinite(str(error))
-        if len(A) == 0:
-            return _no_poles()
-        if not np.isfinite(A).all():
+        if not np.isfinite(poles).all():
             return infinite("the closed loop's matrices overflow.")
-        poles, left, right = eig(A, left=True, right=True)  # pyright: ignore[reportAssignmentType]
         s, dsdz = self._plane(poles)
         keep = np.flatnonzero(self._counted(s) & (poles.imag >= 0))
         if len(keep) == 0:
@@ -161,22 +163,37 @@ class PoleMeasure:
         for what, measure, slope in self.region.measures(s[keep]):
             candidates += [(float(measure[i]), what, int(k), slope[i]) for i, k in enumerate(keep)]
         top = max(candidates, key=lambda item: item[0])
-        pieces = []
-        for value, _, k, slope in candidates:
-            if value < top[0] - NEAR * max(abs(top[0]), NEAR):
-                continue
+        near_top = [item for item in candidates if item[0] >= top[0] - NEAR * max(abs(top[0]), NEAR)]
+        pieces = [(value, pull(k, np.conj(slope) * dsdz[k])) for value, _, k, slope in near_top]
+        return self._value(top[0], top[1], s[top[2]], gradients=near(pieces), method="eigenvalues")
+
+    def _eigenvalues(self, K: "Controller") -> tuple[np.ndarray, Pull]:
+        """Poles, and the gradient of Re(weight · λ_k): ∂λ = yᴴ ∂A x/(yᴴ x)."""
+        from scipy.linalg import eig
+
+        A, *rest = self.channel.system(K)
+        if len(A) == 0 or not np.isfinite(A).all():
+            return np.full(min(len(A), 1), np.nan), _nothing
+        poles, left, right = eig(A, left=True, right=True)  # pyright: ignore[reportAssignmentType]
+
+        def pull(k: int, weight: complex) -> "Controller":
             x, y = right[:, k], left[:, k]
             overlap = y.conj() @ x
             overlap = overlap if abs(overlap) > SMALLEST_OVERLAP else SMALLEST_OVERLAP
-            weight = np.conj(slope) * dsdz[k] / overlap
-            gradient = np.real(np.outer(y.conj(), x) * weight)
-            pieces.append(
-                (value, self.channel.system_pullback(K, gradient, np.zeros_like(B), np.zeros_like(C), np.zeros_like(D)))
-            )
-        return self._value(top[0], top[1], s[top[2]], gradients=near(pieces), method="eigenvalues")
+            gradient = np.real(np.outer(y.conj(), x) * (weight / overlap))
+            return self.channel.system_pullback(K, gradient, *(np.zeros_like(part) for part in rest))
+
+        return poles, pull
+
+    def _roots(self, K: "Controller") -> tuple[np.ndarray, Pull]:
+        """Roots with dead times exact, and their gradients."""
+        roots = self.channel.roots(K)
+        return roots, lambda k, weight: self.channel.root_pullback(K, complex(roots[k]), weight)
 
     def exact(self, K: "Controller") -> Value:
-        """Eigenvalues of the balanced matrix, then a Lyapunov proof of the region slightly widened."""
+        """Eigenvalues of the balanced matrix, then a Lyapunov proof of the region slightly widened; roots counted."""
+        if self.channel.delayed:
+            return self._late(K)
         try:
             A = self.channel.system(K)[0]
         except InputError as error:
@@ -199,8 +216,19 @@ class PoleMeasure:
             uppers.append(float(np.max(measure)) if upper is None else upper)
         what, measure, pole = max(found, key=lambda item: float(np.max(item[1])))
         method = "eigenvalues in balanced units" + (", proved by Lyapunov matrices" if proved else ", not proved")
-        method += "; dead times by Padé" if self.channel.delayed else ""
         return self._value(float(np.max(measure)), what, pole, method=method, upper=max(uppers))
+
+    def _late(self, K: "Controller") -> Value:
+        """Characteristic roots, located and counted (`goal_roots`)."""
+        try:
+            found = root_limits(self.region, self.channel.lined(K), self.channel.late(K))
+        except InputError as error:
+            return infinite(str(error), method=COUNTED)
+        if not found:
+            return replace(_no_poles(), method=COUNTED)
+        worst = max(found, key=lambda limit: limit.value)
+        upper = max(limit.upper for limit in found)
+        return self._value(worst.value, worst.what, worst.pole, method=COUNTED, upper=upper)
 
     def _value(self, value: float, what: str, pole: complex, **rest) -> Value:
         where = f"{what} of pole {pole.real:.4g} ± {abs(pole.imag):.4g}j 1/s"
@@ -245,6 +273,10 @@ class PoleMeasure:
         if not -1 < zeta < 1:
             return None
         return np.exp(1j * math.asin(zeta)) * A
+
+
+def _nothing(k: int, weight: complex) -> "Controller":
+    raise IndexError(k)  # there is no pole to ask for
 
 
 def _no_poles() -> Value:

@@ -24,9 +24,12 @@ from workbench.tuning.joined import Structure
 from workbench.tuning.loop_check import check_modes, check_pattern
 from workbench.tuning.loop_count import unstable_poles
 from workbench.tuning.loop_delay import LinedSystem, rational
+from workbench.tuning.loop_roots import abscissa
 from workbench.tuning.loop_signals import BEFORE, known_terms, refuse_ambiguous
 from workbench.tuning.model import Model
 from workbench.tuning.structure import Controller
+
+TINY = float(np.finfo(float).tiny)  # |z| of a pole that ends within a sample
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -167,7 +170,14 @@ class Loop:
         if not self.model.delayed:
             poles = self.poles(K)
             return int(np.sum(poles.real >= 0 if self.sample_time is None else np.abs(poles) >= 1))
-        return unstable_poles(self._all.lined(K), self._lined)
+        return unstable_poles(self._all.lined(K), self._all.late(K))
+
+    def abscissa(self, K: Controller) -> float:
+        """Largest real part of the closed-loop poles [1/s], of log(z)/h if sampled; dead times exact, and counted."""
+        if self.model.delayed:
+            return abscissa(self._all.lined(K), self._all.late(K))
+        poles, h = self.poles(K), self.sample_time
+        return float((poles.real if h is None else np.log(np.maximum(np.abs(poles), TINY)) / h).max(initial=-np.inf))
 
     def controller_poles(self, K: Controller) -> np.ndarray:
         """Eigenvalues of the controller alone."""

@@ -37,6 +37,11 @@ class LinedSystem(NamedTuple):
         out[:, n : n + q] = np.exp(1j * omega[:, None] * self.dead_times)
         return out
 
+    def late(self, more: int = 0) -> np.ndarray:
+        """Dead times (n + q + more,) of the rows, zero for states; `more` states come behind the lines."""
+        n = len(self.A) - len(self.dead_times)
+        return np.r_[np.zeros(n), self.dead_times, np.zeros(more)]
+
     def response(self, omega: np.ndarray) -> np.ndarray:
         """G (k, p, m) at (k,) [rad/s]."""
         return response(self.A, self.B, self.C, self.D, self.symbols, omega, plain=self.plain)
