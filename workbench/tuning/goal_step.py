@@ -9,30 +9,34 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from workbench.analysis.realisation import Realisation, state_scale
+from workbench.analysis.realisation import EPS, Realisation, balanced, state_scale
+from workbench.tuning.goal_modes import largest, step_response
 
 DOUBLINGS = 10  # 1024 instants in a window
 GROWTH = 8  # of the next window's spacing
 LIFETIMES = 8.0  # of the slowest pole: what is left then is 3e-4 of its part
 MOST_WINDOWS = 24
-MOST_SAMPLES = 200_000  # of a sampled response
+MOST_SAMPLES = 20_000  # of a sampled response looked at one by one; a longer one's largest are found by its modes
 NEWTON = 8  # steps; three bring a bracket of a hundredth of a period to rounding
 CHOSEN = 6  # extrema refined, the largest first
 
 
 @dataclass(frozen=True, slots=True)
 class Steps:
-    """The unit step response of a stable system (1 input, 1 output), from rest."""
+    """The unit step response of a stable system (1 input, 1 output), from rest; states in units that balance it."""
 
     system: Realisation
     sample_time: float | None
     final: float = field(init=False)
+    rounding: float = field(init=False)  # of `final`
 
     def __post_init__(self) -> None:
-        A, B, C, D = self.system
-        N = A if self.sample_time is None else A - np.eye(len(A))
-        value = D[0, 0] - (C @ np.linalg.solve(N, B))[0, 0] if len(A) else D[0, 0]
-        object.__setattr__(self, "final", float(value))
+        final, rounding = final_value(self.system, sampled=self.sample_time is not None)
+        A, B, C, D = balanced(*self.system)
+        level = np.linalg.norm(A) / np.linalg.norm(B) if A.any() and B.any() else 1.0  # [A B; 0 0] of one size
+        object.__setattr__(self, "system", Realisation(A, B * level, C / level, D))
+        object.__setattr__(self, "final", final)
+        object.__setattr__(self, "rounding", rounding)
 
     def extrema(self, begin: float) -> tuple[np.ndarray, np.ndarray]:
         """Instants and values: `begin`, and the largest local extrema after it, of either sign."""
@@ -115,28 +119,60 @@ class Steps:
 
     def _sampled_extrema(self, begin: float) -> tuple[np.ndarray, np.ndarray]:
         h = float(self.sample_time or 1.0)
-        first = math.ceil(begin / h - 1e-9)
+        first = first_sample(begin, h)
+        if self._samples(first) > MOST_SAMPLES:
+            response = step_response(self.system, h)
+            found = [largest(response, first, sign) for sign in (1, -1)]
+            at = np.unique([first, *(bracket.time for bracket in found if math.isfinite(bracket.time))])
+            return at * h, response.at(at)
         y = self.sequence(first)[first:]
         inside = np.flatnonzero((np.abs(y[1:-1]) >= np.abs(y[:-2])) & (np.abs(y[1:-1]) >= np.abs(y[2:]))) + 1
         chosen = inside[np.argsort(-np.abs(y[inside]))][:CHOSEN]
         at = np.r_[0, chosen]
         return (first + at) * h, y[at]
 
+    def _samples(self, least: int) -> int:
+        """How many samples reach beyond `least` and the horizon."""
+        A = self.system.A
+        slowest = float(np.abs(np.linalg.eigvals(A)).max(initial=0.0))
+        return least + 3 + len(A) + (math.ceil(LIFETIMES / -math.log(slowest)) if slowest > 0 else 0)
+
     def sequence(self, least: int) -> np.ndarray:
         """y_0, y_1, … by doubling, at least so many beyond the horizon and `least`."""
         A, B, C, D = self.system
-        n = len(A)
+        n, count = len(A), self._samples(least)
         if n == 0:
-            return np.full(least + 3, D[0, 0])
-        slowest = float(np.abs(np.linalg.eigvals(A)).max())
-        count = least + 3 + (math.ceil(LIFETIMES / -math.log(slowest)) if slowest > 0 else n)
+            return np.full(count, D[0, 0])
         whole = np.eye(n + 1)
         whole[:n, :n], whole[:n, n:] = A, B
         states = np.r_[np.zeros(n), 1.0][:, None]
-        while states.shape[1] < min(count, MOST_SAMPLES):
+        while states.shape[1] < count:
             states = np.hstack([states, whole @ states])
             whole = whole @ whole
         return (C @ states[:n])[0] + D[0, 0]
+
+
+def first_sample(begin: float, sample_time: float) -> int:
+    """The first sample at or after an instant; one before it by a rounding is it."""
+    return math.ceil(begin / sample_time * (1 - 4 * EPS))
+
+
+def final_value(system: Realisation, dead_times: np.ndarray | None = None, *, sampled: bool = False):
+    """What a unit step leads the output to, and how much of that the solution's rounding may be.
+
+    Rows with a dead time are delay lines. The bound follows every entry through the linear system (Skeel), so it is
+    the same in any units of the states.
+    """
+    A, B, C, D = balanced(*system) if dead_times is None else system
+    n = len(A)
+    rest = np.eye(n) if sampled else np.diag((np.zeros(n) if dead_times is None else dead_times > 0).astype(float))
+    if n == 0:
+        return float(D[0, 0]), 0.0
+    N = rest - A
+    inverse = np.linalg.inv(N)
+    x = np.linalg.solve(N, B)
+    size = np.abs(C) @ (np.abs(inverse) @ (np.abs(N) @ np.abs(x) + np.abs(B))) + np.abs(D)
+    return float((C @ x + D)[0, 0]), 2 * (n + 1) * EPS * float(size[0, 0])
 
 
 def step_gradient(system: Realisation, t: float, sample_time: float | None):
@@ -173,42 +209,11 @@ def step_gradient(system: Realisation, t: float, sample_time: float | None):
 
 
 def _power_gradient(M: np.ndarray, out: np.ndarray, k: int) -> tuple[np.ndarray, np.ndarray]:
-    """The gradient of outᵀ M^k b (b the last unit vector) by M, Σ_i (M^i)ᵀ out (M^{k−1−i} b)ᵀ, and M^k b."""
-    forward = [np.eye(len(M))[-1]]
-    for _ in range(k):
-        forward.append(M @ forward[-1])
-    gradient, back = np.zeros_like(M), out
-    for i in range(k):
-        gradient += np.outer(back, forward[k - 1 - i])
-        back = M.T @ back
-    return gradient, forward[k]
+    """The gradient of outᵀ M^k b (b the last unit vector) by M, Σ_i (M^i)ᵀ out (M^{k−1−i} b)ᵀ, and M^k b.
 
-
-def ode_extrema(steps: Steps, begin: float) -> tuple[np.ndarray, np.ndarray, str]:
-    """Extrema by integrating the differential equation (LSODA, tolerance 1e-9); sampled: by the recursion."""
-    A, B, C, D = steps.system
-    if steps.sample_time is not None:
-        h, count = steps.sample_time, len(steps.sequence(math.ceil(begin / steps.sample_time)))
-        x, y = np.zeros(len(A)), []
-        for _ in range(count):
-            y.append(float((C @ x)[0] + D[0, 0]))
-            x = A @ x + B[:, 0]
-        first = math.ceil(begin / h - 1e-9)
-        return np.arange(first, count) * h, np.array(y[first:]), "recursion, sample by sample"
-    from scipy.integrate import solve_ivp
-
-    if len(A) == 0:
-        return np.array([begin]), np.array([D[0, 0]]), "static"
-    end = max(steps.horizon(), begin * 1.5)
-
-    def slope(t, x):
-        return (C @ (A @ x + B[:, 0]))[0]
-
-    found = solve_ivp(
-        lambda t, x: A @ x + B[:, 0], (0.0, end), np.zeros(len(A)), method="LSODA", jac=lambda t, x: A,
-        rtol=1e-9, atol=1e-12, events=slope, dense_output=True,
-    )  # fmt: skip
-    turning = np.asarray(found.t_events[0])
-    times = np.unique(np.r_[begin, turning[turning > begin], found.t[found.t > begin]])
-    states = found.sol(times)
-    return times, (C @ states)[0] + D[0, 0], "differential equation integrated, tolerance 1e-9"
+    Both stand in the power k of [Mᵀ, out bᵀ; 0, Mᵀ], which takes log k products.
+    """
+    n = len(M)
+    whole = np.block([[M.T, np.outer(out, np.eye(n)[-1])], [np.zeros((n, n)), M.T]])
+    power = np.linalg.matrix_power(whole, k)
+    return power[:n, n:], power[n:, n:].T[:, -1]

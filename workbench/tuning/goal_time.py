@@ -5,7 +5,8 @@
 
 At an extremum the instant's own shift does not count, so the gradient is that of y at a fixed time. Instants are spread
 over windows of 1000 that grow eightfold from a tenth of the fastest pole's time to eight times the slowest's. `exact`
-integrates the differential equation instead (sampled: the recursion itself). Dead times by Padé in both.
+brackets the largest value by branch and bound over the modes (goal_modes), and with dead times marches from one to the
+next (goal_history) where `evaluate` has Padé fractions.
 """
 
 import math
@@ -18,11 +19,15 @@ from workbench.analysis.realisation import Realisation
 from workbench.errors import InputError
 from workbench.tuning.goal import NEAR, Bound, Goal, Largest, Value, infinite, near, positive, stability_reason
 from workbench.tuning.goal_gain import check_pairs, check_signals
+from workbench.tuning.goal_history import BY_STEPS, Lined, delayed_reason, step_pieces, unjudged
 from workbench.tuning.goal_margin import no_focus
-from workbench.tuning.goal_step import Steps, ode_extrema, step_gradient
+from workbench.tuning.goal_modes import largest, step_response
+from workbench.tuning.goal_step import Steps, final_value, first_sample, step_gradient
 
 if TYPE_CHECKING:
     from workbench.tuning.structure import Controller
+
+ENDS_AT_ZERO = "the step response ends at zero, so its overshoot has no measure; use StepRejection."
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -107,14 +112,14 @@ class StepMeasure:
     begin: float = 0.0
 
     def evaluate(self, K: "Controller") -> Value:
-        """Extrema of the exact response between instants; ∞ counts with the static gain."""
+        """Extrema of the exact response between instants; ∞ counts with the static gain. Dead times by Padé."""
         system, reason = self._system(K)
         if system is None:
             return infinite(reason)
         steps = Steps(system, self.channel.sample_time)
         final = steps.final
-        if self.kind == "overshoot" and abs(final) <= 1e-12 * np.abs(system.C).max(initial=1):
-            return infinite("the step response ends at zero, so its overshoot has no measure; use StepRejection.")
+        if self.kind == "overshoot" and abs(final) <= steps.rounding:
+            return infinite(ENDS_AT_ZERO)
         times, y = steps.extrema(self.begin)
         measured = self._measure(y, final)
         pieces = []
@@ -128,23 +133,53 @@ class StepMeasure:
         best = int(np.argmax(measured)) if len(measured) and measured.max() >= at_end else None
         return Value(
             value=top, gradients=near(pieces), time=float(times[best]) if best is not None else math.inf,
-            channel=self._label(), method="exponentials and Newton's method" + self._pade(),
+            channel=self._label(),
+            method="exponentials and Newton's method" + ("; dead times by Padé" if self.channel.delayed else ""),
         )  # fmt: skip
 
     def exact(self, K: "Controller") -> Value:
-        """The differential equation integrated; its dense output searched for extrema."""
+        """A bracket by branch and bound over the modes; with dead times by the method of steps."""
+        if self.channel.delayed:
+            return self._with_dead_times(K)
         system, reason = self._system(K)
         if system is None:
             return infinite(reason)
-        steps = Steps(system, self.channel.sample_time)
-        final = steps.final
-        if self.kind == "overshoot" and abs(final) <= 1e-12 * np.abs(system.C).max(initial=1):
-            return infinite("the step response ends at zero, so its overshoot has no measure; use StepRejection.")
-        times, y, method = ode_extrema(steps, self.begin)
-        measured = self._measure(y, final)
-        best = int(np.argmax(measured))
-        value = max(float(measured[best]), self._at_infinity(final))
-        return Value(value=value, time=float(times[best]), channel=self._label(), method=method + self._pade())
+        h = self.channel.sample_time
+        try:
+            response = step_response(system, h)
+        except InputError as error:
+            return infinite(str(error))
+        final, rounding = final_value(system, sampled=h is not None)
+        if self.kind == "overshoot" and abs(final) <= rounding:
+            return infinite(ENDS_AT_ZERO)
+        sign = 0 if self.kind == "size" else int(math.copysign(1, final))
+        begin = self.begin if h is None else first_sample(self.begin, h)
+        found = largest(response, begin, sign, level=abs(final))
+        value, upper = (self._of_size(size, final) for size in (found.value, found.upper))
+        method = f"bracket by branch and bound over {len(system.A)} modes"
+        return Value(
+            value=value, upper=upper, time=found.time * (h or 1.0), channel=self._label(), method=method,
+        )  # fmt: skip
+
+    def _with_dead_times(self, K: "Controller") -> Value:
+        try:
+            system, dead_times = self.channel.lined_system(K)
+            reason = delayed_reason(self.channel, K)
+            pieces = None if reason else step_pieces(Lined(*system, dead_times))
+        except InputError as error:
+            return unjudged(self.evaluate(K), str(error))
+        if pieces is None:
+            return infinite(reason)
+        final, rounding = final_value(system, dead_times)
+        if self.kind == "overshoot" and abs(final) <= rounding:
+            return infinite(ENDS_AT_ZERO)
+        turn = math.copysign(1, final)
+        size, time = pieces.largest(self.begin, np.abs if self.kind == "size" else lambda y: turn * y)
+        if size <= abs(final):
+            size, time = abs(final), math.inf
+        error = pieces.error * max(size, pieces.size)
+        value, upper = (self._of_size(found, final) for found in (size, size + error))
+        return Value(value=value, upper=upper, time=time, channel=self._label(), method=BY_STEPS)
 
     def _system(self, K: "Controller") -> tuple[Realisation | None, str]:
         try:
@@ -175,8 +210,9 @@ class StepMeasure:
             parts = [part * math.copysign(1.0, y) for part in gradient]
         return self.channel.system_pullback(K, *(part / self.limit for part in parts))
 
-    def _pade(self) -> str:
-        return "; dead times by Padé" if self.channel.delayed else ""
+    def _of_size(self, size: float, final: float) -> float:
+        """The measure of a largest y/sign(final), or |y|; at least what the final value gives."""
+        return (size / abs(final) - 1 if self.kind == "overshoot" else size) / self.limit
 
     def _label(self) -> str:
         return f"{self.channel.inputs[0]} → {self.channel.outputs[0]}"
