@@ -128,14 +128,10 @@ class Channel:
         symbols = self.lines.symbols(omega, order)
         return symbols if self.kept is None else symbols[:, self.kept[1]]
 
-    def lined_system(self, K: Controller) -> tuple[Realisation, np.ndarray]:
-        """(A, B, C, D) under K with a row for each delay line, and each row's dead time [s], 0 for a state."""
+    def lined_system(self, K: Controller) -> Realisation:
+        """(A, B, C, D) under K with the delay lines as rows of their own, as in `lined`."""
         closed = self._closed(K, exact=True)
-        dead_times = np.zeros(len(self.lines.A) + K.order)
-        first = len(self.lines.A) - len(self.lines.dead_times)
-        dead_times[first : len(self.lines.A)] = self.lines.dead_times
-        dead_times = dead_times if self.kept is None else dead_times[self.kept[1]]
-        return Realisation(closed.A, closed.B, closed.C, closed.D), dead_times
+        return Realisation(closed.A, closed.B, closed.C, closed.D)
 
     def _closed(self, K: Controller, *, exact: bool) -> Closed:
         """The closed system, kept until another controller comes."""

@@ -21,7 +21,6 @@ from workbench.analysis.realisation import Realisation, state_scale
 from workbench.errors import InputError
 from workbench.tuning.goal import Value
 from workbench.tuning.loop_count import unstable_poles
-from workbench.tuning.loop_delay import LinedSystem
 
 if TYPE_CHECKING:
     from workbench.tuning.structure import Controller
@@ -78,11 +77,7 @@ def lined_difference(one: Lined, other: Lined) -> Lined:
 
 def delayed_reason(channel: Any, K: "Controller") -> str:
     """Empty for a stable loop with dead times, else the sentence that says how many of its poles are not."""
-    system, dead_times = channel.lined_system(K)
-    line = dead_times > 0
-    order = np.r_[np.flatnonzero(~line), np.flatnonzero(line)]
-    A = system.A[np.ix_(order, order)]
-    count = unstable_poles(A, LinedSystem(A, *system[1:], dead_times[line]))
+    count = unstable_poles(channel.lined(K), channel.late(K))
     return f"the closed loop is unstable: poles at or right of the axis {count}; its measure does not exist." * (
         count > 0
     )

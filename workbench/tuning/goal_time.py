@@ -163,14 +163,14 @@ class StepMeasure:
 
     def _with_dead_times(self, K: "Controller") -> Value:
         try:
-            system, dead_times = self.channel.lined_system(K)
+            system, late = self.channel.lined_system(K), self.channel.late(K)
             reason = delayed_reason(self.channel, K)
-            pieces = None if reason else step_pieces(Lined(*system, dead_times))
+            pieces = None if reason else step_pieces(Lined(*system, late))
         except InputError as error:
             return unjudged(self.evaluate(K), str(error))
         if pieces is None:
             return infinite(reason)
-        final, rounding = final_value(system, dead_times)
+        final, rounding = final_value(system, late)
         if self.kind == "overshoot" and abs(final) <= rounding:
             return infinite(ENDS_AT_ZERO)
         turn = math.copysign(1, final)
