@@ -77,7 +77,7 @@ def _values(programme: Programme, x: np.ndarray) -> tuple[np.ndarray, np.ndarray
     squares: dict[str, float] = {}
     slopes: dict[str, np.ndarray] = {}
     for group in programme.groups:
-        mean, _ = group.responses(theta)
+        mean = group.responses(theta).mean
         for name, value, slope in zip(group.classes, mean.value, mean.gradient, strict=True):
             squares[name] = squares.get(name, 0.0) + value
             slopes[name] = slopes.get(name, 0.0) + slope

@@ -5,9 +5,11 @@ import pytest
 
 from workbench.analysis.analysis import analyse
 from workbench.control.gains import GAIN_NAMES, TIME_CONSTANTS, Gains
-from workbench.design.design import CENTRE, exact_peaks
+from workbench.design.delayed import dead_time
+from workbench.design.design import CENTRE
+from workbench.design.exchange import exact_peaks
 from workbench.design.measures import GAPS, GroupMeasures, static_error_function
-from workbench.design.steering import Programme, direct_gain_bearing
+from workbench.design.steering import Programme
 from workbench.export.problem import load_problem
 
 GAINS = Gains(**CENTRE)
@@ -28,7 +30,7 @@ def test_mean_squares_on_the_steering_grid_agree_with_the_lyapunov_equation(prob
     exact = analyse(problem.setting, GAINS)
     total: dict[str, float] = {}
     for group in groups:
-        mean, _ = group.responses(THETA)
+        mean = group.responses(THETA).mean
         for name, value in zip(group.classes, mean.value, strict=True):
             total[name] = total.get(name, 0.0) + value
     for name, (quantity, end) in {
@@ -45,12 +47,13 @@ def test_mean_squares_on_the_steering_grid_agree_with_the_lyapunov_equation(prob
 
 def test_every_gradient_of_the_group_measures_is_the_derivative(groups):
     for group in groups:
-        mean, peak = group.responses(THETA)
+        found = group.responses(THETA)
+        mean, peak = found.mean, found.peak
         for k, name in enumerate(GAIN_NAMES):
             step = 1e-5 * max(abs(THETA[k]), 0.1)
             ends = [THETA + sign * step * np.eye(17)[k] for sign in (1, -1)]
             (mean_up, peak_up), (mean_down, peak_down) = (
-                [values.value.copy() for values in group.responses(end)] for end in ends
+                (found.mean.value, found.peak.value) for found in map(group.responses, ends)
             )
             # central differences of step 1e-5 relative are good to about 1e-7 of the largest slope
             for ours, up, down in ((mean.gradient, mean_up, mean_down), (peak.gradient, peak_up, peak_down)):
@@ -87,7 +90,7 @@ def test_the_smooth_static_error_is_the_exact_one(problem):
 
 def test_no_node_of_the_grid_exceeds_the_exact_peak_sensitivity(problem, groups):
     for number, _, value in exact_peaks(problem, GAINS):
-        nodes = np.sqrt(groups[number].responses(THETA)[1].value.max())
+        nodes = np.sqrt(groups[number].responses(THETA).peak.value.max())
         assert value * 0.9 < nodes <= value * (1 + 1e-9)  # the grid is dense enough to come within a tenth
 
 
@@ -95,7 +98,7 @@ def test_a_watched_frequency_is_measured_exactly(problem):
     group = GroupMeasures(problem.setting, problem.subjects[0])
     ((_, omega, value), *_) = exact_peaks(problem, GAINS)
     group.watch([omega])
-    assert np.sqrt(group.responses(THETA)[1].value[-1]) == pytest.approx(value, rel=1e-8)
+    assert np.sqrt(group.responses(THETA).peak.value[-1]) == pytest.approx(value, rel=1e-8)
 
 
 def test_variables_and_gains_translate_both_ways(problem):
@@ -119,17 +122,33 @@ def test_gradients_of_the_whole_programme_are_derivatives(problem):
     )
 
 
-def test_the_direct_gain_is_the_loop_at_high_frequency(problem, groups):
+def test_the_fraction_of_a_dead_time_turns_by_its_angle_and_changes_no_size():
+    for order, most in ((2, 0.2), (4, 6e-4), (6, 3e-7)):
+        A, B, C = dead_time(order)
+        for turn in (0.01, 1.0, 3.0):
+            value = 1 + C @ np.linalg.solve(1j * turn * np.eye(order) - A, B)
+            assert abs(value) == pytest.approx(1.0, rel=1e-12)
+            # the error of a Padé fraction of e^−s at s = 3j: (n!)²/((2n)! (2n + 1)!) 3^(2n+1)
+            assert abs(np.angle(value * np.exp(1j * turn))) < most
+
+
+def test_noise_of_the_gaps_is_that_of_the_lyapunov_equation_of_the_analysis(problem, groups):
+    exact = analyse(problem.setting, GAINS).sensor_noise_rms
+    for kind in ("gap", "gap_lateral"):
+        ends = [f"{kind}_{i + 1}" for i in problem.setting.ends]
+        square = sum(group.noise(THETA, ends).value for group in groups)
+        assert np.sqrt(square.max()) == pytest.approx(exact[kind], rel=1e-9)
+
+
+def test_gradients_of_noise_and_of_damping_with_dead_time_are_derivatives(groups):
+    theta = THETA.copy()  # distinct time constants: equal filters have no derivative of their roots
+    theta[[GAIN_NAMES.index(t) for t in TIME_CONSTANTS]] = (0.5, 0.15, 0.7, 0.25)
+    move = np.cos(np.arange(17)) * np.maximum(np.abs(theta), 0.05)
+    step = 1e-6
     for group in groups:
-        S = group.subject.sensitivity(group.subject.close(GAINS))
-        omega = 1e5
-        loop = np.linalg.inv(S[2] @ np.linalg.solve(1j * omega * np.eye(len(S[0])) - S[0], S[1]) + S[3]) - np.eye(2)
-        # L → M/(1 + jωT); the integrated signals are down by 1/(ωτ) = 1e-4 there
-        np.testing.assert_allclose((np.diag(loop) * (1 + 1j * omega * 0.01)).real, group.direct(THETA).value, atol=1e-3)
-
-
-def test_a_lagging_gain_bears_the_dead_time_it_was_chosen_for():
-    M, lag, delay = direct_gain_bearing(0.002, 0.01), 0.01, 0.002
-    crossing = np.sqrt(M**2 - 1) / lag
-    turned = np.angle(M / (1 + 1j * crossing * lag)) - crossing * delay
-    assert turned == pytest.approx(-np.pi, rel=1e-9)
+        for measure, more in ((group.noise, (["gap_1", "gap_3"],)), (group.delayed_damping, (0.004, 3))):
+            up, down = (measure(theta + sign * step * move, *more).value for sign in (1, -1))
+            # central differences: 1e-12 of curvature, 1e-10 of rounding over the step
+            np.testing.assert_allclose(
+                (up - down) / (2 * step), measure(theta, *more).gradient @ move, rtol=1e-5, atol=1e-6 * np.abs(up).max()
+            )

@@ -135,7 +135,7 @@ def test_sensitivity_of_the_kernel_is_that_of_the_closed_loop():
     s = subject(PLANT, LAW, "sway_roll_yaw")
     measures = GroupMeasures(HYBRID.setting, s)
     theta = np.array(list(GAINS.as_dict().values()))
-    _, peak = measures.responses(theta)
+    peak = measures.responses(theta).peak
     A, B, C, D = s.sensitivity(s.close(GAINS))
     n = np.eye(len(A))
     direct = [np.linalg.norm(C @ np.linalg.solve(1j * w * n - A, B) + D, 2) for w in measures.omega]
@@ -148,14 +148,16 @@ def test_sensitivity_of_the_kernel_is_that_of_the_closed_loop():
 def test_sensitivity_and_mean_squares_fall_with_the_gains_as_their_gradients_say():
     measures = GroupMeasures(HYBRID.setting, subject(PLANT, LAW, "sway_roll_yaw"))
     theta = np.array(list(GAINS.as_dict().values()))
-    mean, peak = measures.responses(theta)
+    found = measures.responses(theta)
+    mean, peak = found.mean, found.peak
     middle = int(np.argmax(peak.value))
-    slope = peak.gradient[middle].copy()  # the measures reuse their memory
+    slope = peak.gradient[middle]
     for name in ("K_sway", "K_yaw", "K_roll", "K_hp", "tau_y", "K_zdot"):
         k, step = GAIN_NAMES.index(name), 1e-5
         move = np.zeros(17)
         move[k] = step
-        (m1, p1), (m0, p0) = ([v.value.copy() for v in measures.responses(theta + sign * move)] for sign in (1, -1))
+        ends = [measures.responses(theta + sign * move) for sign in (1, -1)]
+        (m1, p1), (m0, p0) = ((found.mean.value, found.peak.value) for found in ends)
         # central differences: step² × third derivatives and 1e-16/step of rounding
         assert (p1[middle] - p0[middle]) / (2 * step) == pytest.approx(slope[k], rel=1e-4, abs=1e-6)
         assert (m1 - m0) / (2 * step) == pytest.approx(mean.gradient[:, k], rel=1e-4, abs=1e-9)

@@ -12,15 +12,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from workbench.analysis.analysis import Analysis, analyse
-from workbench.analysis.norm import peak_gain
 from workbench.control import Gains
 from workbench.control.gains import GAIN_NAMES
 from workbench.design.problem import Problem
+from workbench.design.refusal import refusal
 from workbench.design.requirement import Verdict
 from workbench.design.solve import Outcome, finish, least_violation, relaxed, stable_start
 from workbench.design.steering import Programme
 from workbench.design.verdict import verdicts
-from workbench.errors import InfeasibleError, InputError
+from workbench.errors import InputError
 from workbench.result import Result, Row
 from workbench.threads import one_thread
 
@@ -128,6 +128,7 @@ def design(
     workers: int = 1,
     on_start: Callable[[Start], None] | None = None,
     models: Sequence[Mapping[str, float]] | None = None,
+    near: Sequence[Gains] = (),
 ) -> Design:
     """Chooses the free parameters of a problem to minimise J subject to its requirements.
 
@@ -143,6 +144,9 @@ def design(
     on_start : called after each start, for progress
     models : vehicles that must keep damping, decay, sensitivity and delay margin as well, as values of
         `design.model.PARAMETERS`; boxes, other limits and costs, and the evidence: `design.robust.robust_design`
+    near : gains brought straight to the wanted limits beside the starts: neighbours of a sweep
+
+    Never dearer than `start` or one of `near`, where these meet the requirements themselves.
 
     Raises
     ------
@@ -160,17 +164,19 @@ def design(
         named = {f"{k + 1}: {sentence(values)}": values for k, values in enumerate(models)}
         options = {"starts": starts, "seed": seed, "solver": solver, "workers": workers, "on_start": on_start}
         return robust_design(problem, Variation(models=named), start=start, **options).design
-    programme = Programme(problem, back_off=BACK_OFFS[0])  # refuses what cannot be designed, before any process starts
-    jobs = jobs_of(problem, starts, seed, solver, start)
     with one_thread():  # matrices of order 15 are slower on two threads than on one
+        programme = Programme(problem, back_off=BACK_OFFS[0])  # refuses what cannot be designed, before any process
+        jobs = jobs_of(problem, starts, seed, solver, start)
         outcomes, log = relaxed_starts(problem, jobs, workers, on_start)
-        return finished(problem, programme, [o.x for o in distinct(outcomes)[:FINISHED]], tuple(log), seed, solver)
+        warm = [programme.x(gains) for gains in ([start] if start else []) + list(near)]
+        candidates = [*(o.x for o in distinct(outcomes)[:FINISHED]), *warm]
+        return finished(problem, programme, candidates, tuple(log), seed, solver)
 
 
 def refine(problem: Problem, start: Gains, *, solver: str = "slsqp") -> Design:
     """A design from given gains alone, straight at the wanted limits: for warm starts and small changes.
 
-    Raises InfeasibleError like `design`; the starting gains must be stable or nearly so.
+    Never dearer than the start itself, where that meets the requirements. Raises InfeasibleError like `design`.
     """
     with one_thread():
         programme = Programme(problem, back_off=BACK_OFFS[0])
@@ -180,18 +186,24 @@ def refine(problem: Problem, start: Gains, *, solver: str = "slsqp") -> Design:
 def finished(
     problem: Problem, programme: Programme, candidates, log: tuple[Start, ...], seed: int, solver: str
 ) -> Design:
-    """Candidates brought to the wanted limits and verified; the cheapest that meets everything."""
-    peaks = lambda x: exact_peaks(problem, programme.gains(x))  # noqa: E731
-    ended = [finish(programme, x, peaks, solver=solver) for x in candidates]
-    for outcome in sorted((o for o in ended if o.feasible), key=lambda o: o.cost):
-        found = _verified(problem, programme, outcome, solver)
-        if found is not None:
-            gains, analysis, judged = found
-            return Design(
-                problem=problem, gains=gains, analysis=analysis, requirements=judged, starts=log,
-                binding=outcome.binding, seed=seed, solver=solver,
-            )  # fmt: skip
-    raise _infeasible(problem, programme, [*candidates, *(o.x for o in ended)])
+    """Candidates brought to the wanted limits; the cheapest gains that meet everything, the candidates' own included.
+
+    Where nothing does: the points of least violation are looked at as well, and the nearest says what binds.
+    """
+    ended = [finish(programme, x, solver=solver) for x in candidates]
+    looked_at = [_as_they_are(problem, programme, x) for x in candidates]
+    looked_at += [_verified(problem, programme, outcome, solver) for outcome in ended]
+    best = _cheapest(looked_at)
+    if best is None:
+        nearest = [least_violation(programme, x).x for x in [*candidates, *(o.x for o in ended)]]
+        looked_at += [_as_they_are(problem, programme, x) for x in nearest]
+        best = _cheapest(looked_at)
+    if best is None:
+        raise refusal(problem.name, [(judged.analysis, judged.requirements) for judged in looked_at])
+    return Design(
+        problem=problem, gains=best.gains, analysis=best.analysis, requirements=best.requirements, starts=log,
+        binding=best.binding, seed=seed, solver=solver,
+    )  # fmt: skip
 
 
 Job = tuple[Gains, float, np.random.SeedSequence, str]  # centre, spread, seed, solver
@@ -279,19 +291,52 @@ def distinct(outcomes: list[Outcome]) -> list[Outcome]:
     return out
 
 
-def _verified(problem: Problem, programme: Programme, outcome: Outcome, solver: str):
-    """Rounded gains with exact verdicts all met, moving further from the limits where they are not; None if never."""
-    for back_off in BACK_OFFS:
-        if back_off > BACK_OFFS[0]:
-            programme.set_back_off(back_off)
-            outcome = finish(programme, outcome.x, lambda x: exact_peaks(problem, programme.gains(x)), solver=solver)
-            programme.set_back_off(BACK_OFFS[0])
-        gains = rounded(programme.gains(outcome.x))
-        analysis = analyse(problem.setting, gains, problem.name)
-        judged = verdicts(problem, analysis)
-        if analysis.stable and all(v.met for v in judged):
-            return gains, analysis, judged
-    return None
+@dataclass(frozen=True, slots=True)
+class _Judged:
+    """Gains with their exact measures and verdicts, and which constraints were at their limits."""
+
+    gains: Gains
+    analysis: Analysis
+    requirements: tuple[Verdict, ...]
+    binding: tuple[str, ...] = ()
+
+    @property
+    def met(self) -> bool:
+        """Whether the loop is stable and every requirement holds."""
+        return self.analysis.stable and all(v.met for v in self.requirements)
+
+
+def _judged(problem: Problem, gains: Gains, binding: tuple[str, ...] = ()) -> _Judged:
+    analysis = analyse(problem.setting, gains, problem.name)
+    return _Judged(gains, analysis, verdicts(problem, analysis), binding)
+
+
+def _as_they_are(problem: Problem, programme: Programme, x: np.ndarray) -> _Judged:
+    """The gains at x, rounded as printed; to the last digit where only these meet the requirements."""
+    printed = _judged(problem, rounded(programme.gains(x)))
+    exact = printed if printed.met else _judged(problem, programme.gains(x))
+    return exact if exact.met else printed
+
+
+def _verified(problem: Problem, programme: Programme, outcome: Outcome, solver: str) -> _Judged:
+    """Rounded gains with exact verdicts all met, moving further from the limits where they are not; else the first."""
+    first = _judged(problem, rounded(programme.gains(outcome.x)), outcome.binding)
+    if first.met or not outcome.feasible:
+        return first
+    for back_off in BACK_OFFS[1:]:
+        programme.set_back_off(back_off)
+        outcome = finish(programme, outcome.x, (1.0,), solver=solver)
+        programme.set_back_off(BACK_OFFS[0])
+        again = _judged(problem, rounded(programme.gains(outcome.x)), outcome.binding)
+        if again.met:
+            return again
+    return first
+
+
+def _cheapest(looked_at: Sequence[_Judged]) -> _Judged | None:
+    """Of the gains that meet everything; None if none does."""
+    met = [j for j in looked_at if j.met and j.analysis.cost is not None]
+    return min(met, key=lambda j: j.analysis.cost or 0.0, default=None)
 
 
 def rounded(gains: Gains) -> Gains:
@@ -299,47 +344,4 @@ def rounded(gains: Gains) -> Gains:
     return Gains(**{name: float(f"{value:.{DIGITS}g}") for name, value in gains.as_dict().items()})
 
 
-def exact_peaks(problem: Problem, gains: Gains) -> list[tuple[int, float, float]]:
-    """(group number, frequency [rad/s], σ_max(S)) at the exact peak of each group; nothing for an unstable one."""
-    out = []
-    for number, subject in enumerate(problem.subjects):
-        closed = subject.close(gains)
-        if closed.poles().real.max() < 0:
-            peak = peak_gain(*subject.sensitivity(closed))
-            if np.isfinite(peak.frequency):
-                out.append((number, peak.frequency, peak.upper))
-    return out
-
-
-def _infeasible(problem: Problem, programme: Programme, points: list[np.ndarray]) -> InfeasibleError:
-    """The refusal: what misses at the stable point whose largest relative violation, exactly measured, is smallest."""
-    tried = [*points, *(least_violation(programme, x).x for x in points)]
-    best: tuple[float, list[Verdict]] | None = None
-    for x in tried:
-        if programme.growth(x) >= 0:
-            continue
-        analysis = analyse(problem.setting, rounded(programme.gains(x)), problem.name)
-        missed = sorted((v for v in verdicts(problem, analysis) if not v.met), key=lambda v: -_miss(v))
-        if analysis.stable and (best is None or (_miss(missed[0]) if missed else 0.0) < best[0]):
-            best = (_miss(missed[0]) if missed else 0.0, missed)
-    if best is None:
-        return InfeasibleError(
-            f"no start for {problem.name!r} ended stable; try more --starts, or give --fix values that stabilise."
-        )
-    if not best[1]:
-        return InfeasibleError(f"no start met every requirement of {problem.name!r} after rounding; try more --starts.")
-    words = "; ".join(f"{v.sentence()}, a miss of {100 * _miss(v):.2g} %" for v in best[1][:4])
-    return InfeasibleError(
-        f"the requirements of {problem.name!r} cannot be met together: {words}. "
-        "These bind against each other at the best compromise found; "
-        "relax one of them, widen a bound or free another gain."
-    )
-
-
-def _miss(v: Verdict) -> float:
-    if v.value is None:
-        return float("inf")
-    return (v.value / v.limit - 1) * (1 if v.sense == "<=" else -1)
-
-
-__all__ = ["GAIN_NAMES", "Design", "Start", "design", "exact_peaks", "given", "rounded"]
+__all__ = ["GAIN_NAMES", "Design", "Start", "design", "given", "rounded"]

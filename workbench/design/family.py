@@ -14,17 +14,14 @@ from typing import Protocol
 import numpy as np
 
 from workbench.control.gains import GAIN_NAMES, TIME_CONSTANTS, Gains
-from workbench.design.design import exact_peaks
 from workbench.design.measures import Grid
 from workbench.design.model import STABILITY, Model
 from workbench.design.problem import Problem
-from workbench.design.solve import Outcome, minimise
 from workbench.design.steering import TYPICAL, Point, Programme
 
 # Sensitivity nodes of a model that is looked at for its margins alone; peaks between them are added as they show.
 MARGIN_GRID = Grid.over((0.05, 0.1, 0.2, 0.3, 0.45, 0.65, 0.9, 1.3, 1.8, 2.5, 3.5, 5.0, 7.0, 10.0, 16.0, 26.0, 60.0), 2)
 TYPICAL_TAU = 0.3  # [s] of a coefficient of a time constant
-EXCHANGES = 3  # of sensitivity peaks between the frequency nodes
 BOUND_BACK_OFF = 1e-5  # of a bound's interval: more than six printed digits move a parameter
 LOG_COST = 20.0  # the worst cost lies within e^±20
 
@@ -188,14 +185,11 @@ class Family:
             member.programme.set_back_off(back_off)
         self._known = None
 
-    def watch(self, group: int, omega: float) -> None:
-        """Constrains the sensitivity at one more frequency; groups are counted through all models."""
-        for member in self.members:
-            if group < len(member.programme.groups):
-                member.programme.watch(group, omega)
-                break
-            group -= len(member.programme.groups)
+    def exchange(self, x: np.ndarray) -> bool:
+        """Whether exact measures of a model say that something is to be constrained that was not; then it is."""
         self._known = None
+        added = [m.programme.exchange_at(self.theta(x, k)) for k, m in enumerate(self.members)]
+        return any(added)
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Lower and upper bounds of the variables."""
@@ -220,16 +214,6 @@ class Family:
             return z
         costs = [m.programme.measure(self._chart.theta(z, k)).cost for k, m in enumerate(self.members)]
         return np.append(z, np.log(max(costs)))
-
-    def peaks_above(self, x: np.ndarray) -> list[tuple[int, float]]:
-        """(group counted through all models, frequency [rad/s]) of every exact sensitivity peak above its limit."""
-        out, first = [], 0
-        for k, member in enumerate(self.members):
-            limit = member.programme.limits.get("peak sensitivity", np.inf)
-            peaks = exact_peaks(member.model.problem, self.gains(x, k))
-            out += [(first + group, omega) for group, omega, value in peaks if value > limit * (1 - self.back_off / 2)]
-            first += len(member.programme.groups)
-        return out
 
     def chart_of(self, x: np.ndarray) -> np.ndarray:
         """The chart's variables of the programme's."""
@@ -278,27 +262,3 @@ class Family:
             share = cost / cost.sum()
             return Point(float(np.log(cost.mean())), share @ np.array(slopes), value, jacobian, tuple(names))
         return Point(float(logs[0]), slopes[0], value, jacobian, tuple(names))
-
-
-def tuned(family: Family, x: np.ndarray, factors: Sequence[float]) -> Outcome:
-    """A minimum over the models, sensitivity peaks between the frequency nodes added where they are above the limit.
-
-    factors : multiples of the allowed peak sensitivity, solved in turn; the last is 1
-    """
-    wanted = family.limits.get("peak sensitivity")
-    if wanted is not None:
-        for factor in factors[:-1]:
-            family.with_sensitivity(wanted * factor)
-            x = minimise(family, x).x
-        family.with_sensitivity(wanted * factors[-1])
-    outcome = minimise(family, x)
-    x = outcome.x
-    for _ in range(EXCHANGES):
-        above = family.peaks_above(x)
-        if not above:
-            break
-        for group, omega in above:
-            family.watch(group, omega)
-        outcome = minimise(family, x)
-        x = outcome.x
-    return outcome

@@ -8,8 +8,9 @@ Mean squares here are quadratures over a grid, peaks are maxima over its nodes: 
 from `analysis`, by other algorithms.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import casadi as ca
 import numpy as np
@@ -19,7 +20,10 @@ from workbench.analysis.ride import weight
 from workbench.analysis.setting import Setting
 from workbench.compiled import Buffered
 from workbench.control.gains import GAIN_NAMES
+from workbench.control.law import VERTICAL_CHANNELS
+from workbench.design.delayed import Delayed
 from workbench.design.kernel import Shape, kernel, plant_column
+from workbench.design.noise import mean_squares
 from workbench.guideway.irregularity import TYPES, phasors
 from workbench.loop import Subject
 from workbench.lti.signals import numbered
@@ -86,10 +90,28 @@ class Values:
     gradient: np.ndarray
 
 
-class GroupMeasures:
-    """Measures of one group of a setting."""
+@dataclass(frozen=True, slots=True)
+class Responses:
+    """What the frequency responses of a group give at one theta.
 
-    def __init__(self, setting: Setting, subject: Subject, grid: Grid = STEERING) -> None:
+    mean : mean squares of the classes;  peak : σ_max(S)² at every node
+    densities : unweighted acceleration densities [(m/s²)²/Hz] at every node, by class
+    """
+
+    mean: Values
+    peak: Values
+    densities: Mapping[str, Values]
+
+
+class GroupMeasures:
+    """Measures of one group of a setting.
+
+    fixed : parameters that stay as they are; a filter whose gain is fixed at zero is left out, as the law leaves it out
+    """
+
+    def __init__(
+        self, setting: Setting, subject: Subject, grid: Grid = STEERING, fixed: Mapping[str, float] | None = None
+    ) -> None:
         self.subject = subject
         self.types = exciting_types(setting, subject)
         plant, law = subject.plant, subject.law
@@ -105,49 +127,42 @@ class GroupMeasures:
         self._setting = setting
         theta = ca.SX.sym("theta", len(GAIN_NAMES))
         A = subject.dynamics(theta)
-        slopes = ca.densify(ca.jacobian(ca.vec(A), theta))
-        self._dynamics = Buffered(ca.Function("dynamics", [theta], [ca.densify(A), slopes]))
+        self._kept = [*range(len(plant.A)), *(len(plant.A) + k for k in _kept_filters(subject, fixed or {}))]
+        self.size = len(self._kept)
+        A = A[self._kept, self._kept]
+        self._dynamics = _with_slope("dynamics", theta, A)
         self._matrix = Buffered(ca.Function("state_matrix", [theta], [ca.densify(A)]))
-        self.size = plant.A.shape[0] + len(subject.modal_rows)
-        self._direct = Buffered(_direct_function(subject, theta))
-        self._peaks = np.zeros(0)
-        self._last = (np.zeros((0, 0)), np.zeros((0, 0, 0)))
+        self.watched = np.zeros(0)
 
     @property
     def classes(self) -> list[str]:
         """Names of the mean squares, in order."""
         return [name for name, _ in self._outputs]
 
-    def watch(self, omega: Sequence[float]) -> None:
-        """Adds frequencies [rad/s] at which the sensitivity is measured besides the grid's."""
-        self._peaks = np.unique(np.concatenate([self._peaks, np.asarray(omega, float)]))
-        self._peak_kernel = self._mapped(self._setting, self._peaks)
+    @property
+    def nodes(self) -> np.ndarray:
+        """Frequencies [rad/s] of sensitivities and densities: the grid's, then those watched."""
+        return np.concatenate([self.omega, self.watched])
 
-    def responses(self, theta: np.ndarray) -> tuple[Values, Values]:
-        """Mean squares of the classes, and σ_max(S)² at every node."""
-        value, jacobian = self._last = self._evaluate(theta, self._kernel)
+    def watch(self, omega: Sequence[float]) -> None:
+        """Adds frequencies [rad/s] at which sensitivity and densities are measured besides the grid's."""
+        self.watched = np.unique(np.concatenate([self.watched, np.asarray(omega, float)]))
+        self._watched_kernel = self._mapped(self._setting, self.watched)
+
+    def responses(self, theta: np.ndarray) -> Responses:
+        """Mean squares, sensitivities and densities."""
+        value, jacobian = self._evaluate(theta, self._kernel)
         square = np.einsum("ck,kc->c", self.quadrature, value[:, :-1])
         slope = np.einsum("ck,kcj->cj", self.quadrature, jacobian[:, :-1])
-        peak, peak_slope = value[:, -1].copy(), jacobian[:, -1].copy()  # the next call overwrites the buffers
-        if len(self._peaks):
-            more, more_slope = self._evaluate(theta, self._peak_kernel)
-            peak = np.concatenate([peak, more[:, -1]])
-            peak_slope = np.concatenate([peak_slope, more_slope[:, -1]])
-        return Values(square, slope), Values(peak, peak_slope)
-
-    def direct(self, theta: np.ndarray) -> Values:
-        """Loop gain of each pattern at high frequency before the current loops, M of L → M/(1 + jωT); (k,), (k, 17)."""
-        value, slope = self._direct(theta)
-        return Values(value.ravel(), slope)
-
-    def densities(self) -> dict[str, Values]:
-        """Unweighted acceleration densities [(m/s²)²/Hz] at every node, (K,) and (K, 17), of the last `responses`."""
-        value, jacobian = self._last
-        return {
+        watched = [self._evaluate(theta, self._watched_kernel)] if len(self.watched) else []
+        # new arrays: the kernel's own are overwritten by the next evaluation
+        value, jacobian = (np.concatenate(part) for part in zip((value, jacobian), *watched, strict=True))
+        densities = {
             name: Values(value[:, c], jacobian[:, c])
             for c, name in enumerate(self.classes)
             if name.startswith("acceleration")
         }
+        return Responses(Values(square, slope), Values(value[:, -1], jacobian[:, -1]), densities)
 
     def state_matrix(self, theta: np.ndarray) -> np.ndarray:
         """State matrix of the group's closed loop."""
@@ -166,6 +181,41 @@ class GroupMeasures:
             np.abs(bottom) < 1e-14, 1e-14, bottom
         )  # a defective eigenvalue has no derivative; keep it finite
         return values, top / bottom[:, None]
+
+    def delayed_damping(self, theta: np.ndarray, dead_time: float, count: int) -> Values:
+        """The `count` smallest damping ratios with a dead time [s] in each pattern's command in turn."""
+        A, slope = self._dynamics(theta)
+        commands, commands_slope = self._commanded(theta)
+        return Values(*self._delayed.damping(A, slope, commands, commands_slope, dead_time, count))
+
+    @cached_property
+    def _commanded(self) -> Buffered:
+        theta = ca.SX.sym("theta", len(GAIN_NAMES))
+        return _with_slope("commanded", theta, self.subject.commanded(theta)[:, self._kept])
+
+    @cached_property
+    def _delayed(self) -> Delayed:
+        plant = self.subject.plant
+        inputs = plant.B[:, plant.index("inputs", self.subject.commands)]
+        return Delayed(np.vstack([inputs, np.zeros((self.size - len(inputs), inputs.shape[1]))]))
+
+    def noise(self, theta: np.ndarray, outputs: Sequence[str]) -> Values:
+        """Mean squares of named outputs of the plant under the sensors' white noise, exact."""
+        A, slope = self._dynamics(theta)
+        B, B_slope = self._noisy(theta)
+        plant = self.subject.plant
+        C = np.zeros((len(outputs), self.size))
+        C[:, : len(plant.A)] = plant.C[plant.index("outputs", outputs)]
+        return Values(*mean_squares(A, _tensor(A, slope), B, _tensor(B, B_slope), C))
+
+    @cached_property
+    def _noisy(self) -> Buffered:
+        theta = ca.SX.sym("theta", len(GAIN_NAMES))
+        gap, acceleration = self._setting.sensor_noise
+        # a one-sided density S per hertz is white noise of two-sided intensity S²/2
+        density = np.repeat([gap, gap, acceleration, acceleration], self.subject.law.count) / np.sqrt(2.0)
+        B = ca.mtimes(self.subject.noise_inputs(theta)[self._kept, :], ca.diag(ca.DM(density)))
+        return _with_slope("noisy", theta, B)
 
     def _mapped(self, setting: Setting, omega: np.ndarray) -> Buffered:
         one = kernel(self.shape)
@@ -238,36 +288,49 @@ def _unit(names: Sequence[str], wanted: Sequence[str]) -> np.ndarray:
     return rows
 
 
+def gap_rows(setting: Setting) -> dict[str, tuple[str, ...]]:
+    """Outputs "gap_…" and "gap_lateral_…" of the right-hand sets; those on the left move as much."""
+    right = [i + 1 for i, (_, y) in enumerate(setting.law.positions) if y > 0]
+    return {kind: tuple(f"{kind}_{i}" for i in right) for kind in ("gap", "gap_lateral")}
+
+
 def static_error_function(setting: Setting) -> ca.Function:
-    """theta -> the four static gap changes (order of `GAPS`) from accelerometer bias, worst signs, smoothed."""
+    """theta -> static gap changes (order of `gap_rows`, gaps first) from accelerometer bias, worst signs, smoothed."""
     theta = ca.SX.sym("theta", len(GAIN_NAMES))
-    n = setting.law.count
-    first, last = setting.ends
-    total = ca.SX.zeros(4, 2 * n)
+    gaps = [name for names in gap_rows(setting).values() for name in names]
+    total = ca.SX.zeros(len(gaps), 2 * setting.law.count)
     for subject in setting.subjects:
-        total = total + _static_response(subject, theta, (first, last))
+        total = total + _static_response(subject, theta, gaps)
     error = ca.sum2(ca.sqrt(total**2 + ABSOLUTE_SMOOTHING**2)) * setting.accelerometer_bias
     return ca.Function("static_error", [theta], [error, ca.densify(ca.jacobian(error, theta))])
 
 
-def _static_response(subject: Subject, theta, ends: tuple[int, int]):
-    """(4, 2n): static gap, lateral gap at front and rear per unit bias of each accelerometer [m/(m/s²)], symbolic."""
+def _static_response(subject: Subject, theta, gaps: Sequence[str]):
+    """(gaps, 2n): static change of each gap per unit bias of each accelerometer [m/(m/s²)], symbolic."""
     plant, law = subject.plant, subject.law
     n = law.count
     P = plant.response([0.0])[0].real
     u, y = plant.index("inputs", subject.commands), plant.index("outputs", law.sensors)
-    gaps = plant.index("outputs", [f"{kind}_{i + 1}" for kind in ("gap", "gap_lateral") for i in ends])
+    rows = plant.index("outputs", gaps)
     K = subject.static_gain(theta)
     G = ca.DM(P[np.ix_(y, u)])
     S = ca.inv(ca.SX.eye(len(u)) - ca.mtimes(K, G))
-    return ca.mtimes([ca.DM(P[np.ix_(gaps, u)]), S, K[:, 2 * n :]])
+    return ca.mtimes([ca.DM(P[np.ix_(rows, u)]), S, K[:, 2 * n :]])
 
 
-def _direct_function(subject: Subject, theta: ca.SX) -> ca.Function:
-    """theta -> diagonal of the loop's direct gain: accelerations per current, through the law's direct gains."""
-    plant = subject.plant
-    currents = [name for name in plant.states if name.startswith("current of ")]
-    y = plant.index("outputs", subject.law.sensors)
-    felt = ca.DM(plant.C[np.ix_(y, plant.index("states", currents))])
-    gain = ca.diag(-ca.mtimes(subject.direct_gain(theta), felt)) if currents else ca.SX(0, 1)
-    return ca.Function("direct", [theta], [ca.densify(gain), ca.densify(ca.jacobian(gain, theta))])
+def _kept_filters(subject: Subject, fixed: Mapping[str, float]) -> list[int]:
+    """Positions in the group's `modal_rows` of the filters whose gain is not fixed at zero."""
+    kinds = (("K_hdot", "K_hpdot"), ("K_zdot", "K_ydot"))
+    names = [pair[channel >= VERTICAL_CHANNELS] for pair in kinds for channel in subject.channels]
+    return [k for k, name in enumerate(names) if fixed.get(name, 1.0) != 0]
+
+
+def _with_slope(name: str, theta: ca.SX, matrix: ca.SX) -> Buffered:
+    """theta -> a matrix and its derivative (entries column by column, 17)."""
+    slope = ca.densify(ca.jacobian(ca.vec(matrix), theta))
+    return Buffered(ca.Function(name, [theta], [ca.densify(matrix), slope]))
+
+
+def _tensor(matrix: np.ndarray, slope: np.ndarray) -> np.ndarray:
+    """(rows, columns, 17) of a derivative whose entries stand column by column."""
+    return slope.reshape(*matrix.shape[::-1], -1).transpose(1, 0, 2)

@@ -16,7 +16,7 @@ import numpy as np
 from workbench.control import GAIN_NAMES, Gains
 from workbench.control.gains import LATERAL, VERTICAL
 from workbench.design.problem import Problem
-from workbench.design.requirement import Requirement
+from workbench.design.requirement import STABLE_DECAY, Requirement
 from workbench.errors import InputError, unknown_name
 from workbench.result import Result, Row, figure
 
@@ -137,10 +137,10 @@ class Variation:
                     raise InputError(f"{key} of model {name!r} must be positive and finite; got {value!r}.")
 
     def asked(self, problem: Problem) -> tuple[Requirement, ...]:
-        """What every model must keep."""
-        if self.requirements is not None:
-            return self.requirements
-        return tuple(r for r in problem.requirements if r.name in STABILITY)
+        """What every model must keep; its stability, where nothing else that an unstable loop lacks is asked."""
+        own = self.requirements
+        asked = tuple(r for r in problem.requirements if r.name in STABILITY) if own is None else own
+        return asked or (Requirement("decay rate", STABLE_DECAY),)
 
 
 def model_of(

@@ -7,7 +7,7 @@ from typing import Any
 from workbench.analysis.setting import Setting
 from workbench.control import GAIN_NAMES, Gains, ModalLaw
 from workbench.control.gains import GAIN_UNITS, TIME_CONSTANTS
-from workbench.design.requirement import MOTOR_CURRENT, Requirement
+from workbench.design.requirement import MOTOR_CURRENT, RIDE_MASKS, Requirement
 from workbench.errors import InputError, unknown_name
 from workbench.loop import Subject
 from workbench.result import Result, Row
@@ -61,10 +61,29 @@ class Problem(Result):
                 raise InputError(
                     f"the bounds of {name} must rise, from a positive value for a time constant; got [{low}, {high}]."
                 )
-        if self.setting.motor is None and MOTOR_CURRENT in {r.name for r in self.requirements}:
+        for r in self.requirements:
+            self._check_required(r.name)
+
+    def _check_required(self, name: str) -> None:
+        """Refuses a requirement on what the vehicle or its groups do not have: it could only be met by not looking."""
+        if name == MOTOR_CURRENT and self.setting.motor is None:
             raise InputError(
-                f"{MOTOR_CURRENT!r} can be required only of a vehicle whose motor is part of its control; "
+                f"{name!r} can be required only of a vehicle whose motor is part of its control; "
                 f"problem {self.name!r} has none. Describe the motor in a block [motor], or drop the requirement."
+            )
+        moving = {c for s in self.setting.subjects for c in s.coordinates}
+        lateral, groups = "lateral" in name, ", ".join(self.setting.groups)
+        if lateral and "Y" not in moving:
+            raise InputError(
+                f"{name!r} can be required only where the vehicle moves sideways; problem {self.name!r} looks at "
+                f"{groups}. Add the group sway_roll_yaw, or drop the requirement."
+            )
+        aside = any(y != 0 for _, y, _ in self.setting.points.values())
+        felt = {"Z", "Theta"} & moving or ("Phi" in moving and aside)
+        if name in RIDE_MASKS and not lateral and not felt:
+            raise InputError(
+                f"{name!r} can be required only where a point of the ride moves up and down; problem {self.name!r} "
+                f"looks at {groups}. Add the group heave_pitch or a point beside the middle, or drop the requirement."
             )
 
     @property

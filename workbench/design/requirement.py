@@ -4,6 +4,7 @@ Each quantity is read from an `Analysis`, that is from the exact measures, when 
 steers by smooth measures of the same name (`design.measures`).
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from workbench.errors import InputError, unknown_name
@@ -30,6 +31,7 @@ QUANTITIES = {
     MOTOR_CURRENT: ("<=", "A", "motor_current_at_most_a", 1.0),
 }
 RIDE_MASKS = {"vertical ride mask ratio": "vertical", "lateral ride mask ratio": "lateral"}  # name to direction
+STABLE_DECAY = 1e-3  # [1/s] kept by a design even where no decay rate is asked for
 CLOSE_ENOUGH = 1e-9  # relative; a value at its limit to nine digits is met
 
 
@@ -84,19 +86,24 @@ class Verdict(Result):
 
     def sentence(self) -> str:
         """How the requirement misses, for a person."""
-        value = (
-            "no value (the loop is unstable)"
-            if self.value is None
-            else f"{self.value:.4g} {self.unit}".removesuffix(" 1")
-        )
+        value = "no value" if self.value is None else f"{self.value:.4g} {self.unit}".removesuffix(" 1")
         return (
             f"{self.name!r} must be {self.sense} {self.limit:g} {self.unit}".removesuffix(" 1")
             + f"; best found {value} ({self.where})"
         )
 
 
+def strictest(requirements: Iterable[Requirement]) -> dict[str, float]:
+    """Name to limit: of several on one quantity the one that implies the others."""
+    out: dict[str, float] = {}
+    for r in requirements:
+        known = out.get(r.name, r.limit)
+        out[r.name] = min(known, r.limit) if r.sense == "<=" else max(known, r.limit)
+    return out
+
+
 def judge(requirement: Requirement, value: float | None, where: str) -> Verdict:
-    """The verdict on one value; None (an unstable loop) is never met."""
+    """The verdict on one value; None (an unstable loop, an unfiltered rate) is never met, and `where` says why."""
     met = value is not None and requirement.shortfall(value) <= CLOSE_ENOUGH
     return Verdict(
         name=requirement.name, sense=requirement.sense, limit=requirement.limit, value=value,

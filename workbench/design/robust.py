@@ -26,11 +26,11 @@ from workbench.design.design import (
     relaxed_starts,
     rounded,
 )
-from workbench.design.family import Family, SharedChart, tuned
+from workbench.design.family import Family, SharedChart
 from workbench.design.model import Model, Variation, sentence
 from workbench.design.problem import Problem
 from workbench.design.requirement import Requirement, Verdict
-from workbench.design.solve import Outcome, least_violation, minimise
+from workbench.design.solve import Outcome, finish, least_violation, minimise
 from workbench.design.steering import Programme
 from workbench.design.verdict import verdicts
 from workbench.design.worst import Search, Worst, in_words, judged_model, same_model, shortfall
@@ -151,7 +151,7 @@ class _Exchange:
             if self.rounds and monotonic() > self._deadline:
                 self._late = True
                 return best
-            outcome = tuned(family, family.whole(z), HOMOTOPY if number == 0 else (1.0,))
+            outcome = finish(family, family.whole(z), HOMOTOPY if number == 0 else (1.0,))
             if best is not None and (not outcome.feasible or outcome.cost > best[1].cost):
                 return best
             if not outcome.feasible:

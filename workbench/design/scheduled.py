@@ -18,11 +18,11 @@ from workbench.analysis.analysis import analyse
 from workbench.control import GAIN_NAMES
 from workbench.control.schedule import Schedule
 from workbench.design.design import Design, Start, design
-from workbench.design.family import Family, PolynomialChart, tuned
+from workbench.design.family import Family, PolynomialChart
 from workbench.design.model import STABILITY, Model
 from workbench.design.problem import Problem
 from workbench.design.requirement import Requirement, Verdict
-from workbench.design.solve import Outcome
+from workbench.design.solve import Outcome, finish
 from workbench.design.speed_family import PlantFamily, plant_family
 from workbench.design.steering import Programme
 from workbench.design.verdict import margin_verdicts, verdicts
@@ -194,7 +194,7 @@ def _grown(problem, plan: Plan, plants: PlantFamily, unit: tuple[float, float], 
         near = [own + share * (v - own) for v in others]
         chart = PolynomialChart(problem, [own, *near], *unit, plan.degree)
         models = [_model(plants, plan, v) for v in near]
-        x = tuned(Family(Programme(problem, back_off=BACK_OFF), models, chart, back_off=BACK_OFF), x, factors).x
+        x = finish(Family(Programme(problem, back_off=BACK_OFF), models, chart, back_off=BACK_OFF), x, factors).x
     return x
 
 
@@ -209,7 +209,7 @@ def _exchanged(problem, plan: Plan, plants: PlantFamily, first: Design, on_round
     family = Family(Programme(problem, back_off=BACK_OFF), models, chart, back_off=BACK_OFF)
     x = _grown(problem, plan, plants, (centre, scale), [own, *speeds], chart.x(first.gains))
     for number in range(1, ROUNDS + 1):
-        outcome = tuned(family, x, (1.0,))
+        outcome = finish(family, x, (1.0,))
         x = outcome.x
         schedule = Schedule(
             centre=centre, scale=scale, range=plan.range, coefficients=chart.coefficients(x), points=(*speeds, own)

@@ -56,7 +56,10 @@ class Screening:
         closed = [c(theta, _stacked([r[k] for r in readings])) for k, c in enumerate(self._closings)]
         poles = np.concatenate([c.modes.poles for c in closed], axis=1)
         size = np.abs(poles)
-        damping = np.where(np.abs(poles.imag) > REAL * size, -poles.real / np.maximum(size, 1e-300), 1.0).min(axis=1)
+        moving = np.abs(poles.imag) > REAL * size
+        # DEFINITIONS: a real root has no damping ratio, an unstable one counts as −1
+        alone = np.where(poles.real > 0, -1.0, 1.0)
+        damping = np.where(moving, -poles.real / np.maximum(size, 1e-300), alone).min(axis=1)
         decay = -poles.real.max(axis=1)
         peak, delay = np.full((2, len(theta)), np.nan)
         stable = np.flatnonzero(decay > 0)

@@ -1,13 +1,13 @@
 """Solvers of the nonlinear programme: SLSQP (the default) and IPOPT with the same callbacks.
 
     stable random starts --> solver with the sensitivity relaxed --> the best few: homotopy to the wanted bound
-                         --> peaks between nodes added --> solver
+                         --exchange: what exact measures see beyond the grid--> solver
 
 Measured on `revenue_vehicle` (tests/bench): SLSQP with exact gradients converges in one to two seconds a start; IPOPT
 with a limited-memory Hessian gets near and stops at its iteration limit.
 """
 
-from collections.abc import Callable
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import casadi as ca
@@ -17,7 +17,6 @@ from workbench.design.steering import Programme
 from workbench.errors import InputError, unknown_name
 
 SOLVERS = ("slsqp", "ipopt")
-Peaks = Callable[[np.ndarray], list[tuple[int, float, float]]]
 COARSE = 1e-6  # of log J, at which a start counts as ended; the best are then solved to 1e-8
 RELAXED = 2.0  # multiple of the wanted peak sensitivity at which starts are compared
 HOMOTOPY = (1.4, 1.0)  # then these, in turn
@@ -216,27 +215,23 @@ def relaxed(programme: Programme, x: np.ndarray, *, solver: str = "slsqp") -> Ou
     return minimise(programme, x, solver=solver, tolerance=COARSE)
 
 
-def finish(programme: Programme, x: np.ndarray, peaks: Peaks, *, solver: str = "slsqp") -> Outcome:
-    """From a relaxed solution to the wanted sensitivity; peaks between nodes are added until none is above the limit.
+def finish(
+    programme: Programme, x: np.ndarray, factors: Sequence[float] = HOMOTOPY, *, solver: str = "slsqp"
+) -> Outcome:
+    """From a relaxed solution to the wanted limits; what exact measures see and the grid does not is added until none.
 
-    peaks : x -> for each group (number, exact peak frequency [rad/s], exact peak of σ_max(S)); from another algorithm.
+    factors : multiples of the allowed peak sensitivity, solved in turn; the last is 1
     """
     wanted = programme.limits.get("peak sensitivity")
-    if not wanted:
-        return minimise(programme, x, solver=solver)
     before = programme.evaluations
-    for factor in HOMOTOPY:
-        programme.with_sensitivity(wanted * factor)
+    for factor in factors if wanted else (1.0,):
+        if wanted:
+            programme.with_sensitivity(wanted * factor)
         outcome = minimise(programme, x, solver=solver)
         x = outcome.x
     for _ in range(EXCHANGES):
-        if programme.growth(x) >= 0:
+        if programme.growth(x) >= 0 or not programme.exchange(x):
             break
-        above = [(group, omega) for group, omega, value in peaks(x) if value > wanted]
-        if not above:
-            break
-        for group, omega in above:
-            programme.watch(group, omega)
         outcome = minimise(programme, x, solver=solver)
         x = outcome.x
     return replace(outcome, evaluations=programme.evaluations - before)

@@ -6,18 +6,20 @@ Variables: gains divided by a typical size, logarithms of time constants. The tw
 taken out by the problem's fixed K_heave = K_sway = 1. Every constraint is relative to its limit: 0.01 is one per cent.
 """
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from workbench.analysis.analysis import COST_POINTS
-from workbench.analysis.comfort_summary import mask_for
-from workbench.analysis.motor import current_at_3_sigma, slope_at_3_sigma
+from workbench.compiled import Buffered
 from workbench.constants import GRAVITY
 from workbench.control.gains import GAIN_NAMES, TIME_CONSTANTS, Gains
-from workbench.design.measures import GAPS, MOTOR_SQUARES, STEERING, Grid, GroupMeasures, static_error_function
+from workbench.design.exchange import exchange
+from workbench.design.measures import STEERING, Grid, GroupMeasures, static_error_function
 from workbench.design.problem import Problem
-from workbench.design.requirement import MOTOR_CURRENT, RIDE_MASKS
+from workbench.design.requirement import strictest
+from workbench.design.rows import ROWS, Evaluated
 from workbench.errors import InputError
 
 COST_SCALE = 1e4  # J = 10⁴ Σ mean squares in g²
@@ -26,12 +28,6 @@ TYPICAL = {
     "K_zddot": 0.05, "K_zdot": 0.2, "K_yddot": 0.05, "K_ydot": 0.2,
     "K_heave": 1.0, "K_pitch": 1.0, "K_sway": 1.0, "K_roll": 2.0, "K_yaw": 3.0,
 }  # fmt: skip
-SLOWEST = 4  # eigenvalues per group whose damping and decay are constrained: the others are far from the limits
-SENSED_HZ = (0.02, 60.0)  # grid nodes at which the sensitivity is constrained; it tends to 1 outside
-STABLE_DECAY = 1e-3  # [1/s] required even where no decay rate is asked for
-PEAK_SIGMAS = 3.0
-DELAY_BACK_OFF = 1.15  # integrated signals and the other pattern shorten what the direct gain alone would bear
-MASK_BACK_OFF = 0.02  # a density between two nodes may exceed both by a per cent
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,23 +78,20 @@ class Programme:
         for name in TIME_CONSTANTS:
             if problem.fixed.get(name, 1.0) <= 0:
                 raise InputError(f"{name} must be positive in a design; got {problem.fixed[name]!r} s under [fixed].")
+        for r in problem.requirements:
+            if r.name not in ROWS:
+                raise InputError(f"{r.name!r} is not steered; add it to design.rows.ROWS.")
         self.problem = problem
-        self.groups = [GroupMeasures(problem.setting, s, grid) for s in problem.subjects]
+        self.groups = [GroupMeasures(problem.setting, s, grid, problem.fixed) for s in problem.subjects]
         self.free = [GAIN_NAMES.index(name) for name in problem.free]
         self._log = np.array([GAIN_NAMES[k] in TIME_CONSTANTS for k in self.free])
         self._typical = np.array([TYPICAL.get(GAIN_NAMES[k], 1.0) for k in self.free])
         self._base = np.array([problem.fixed.get(name, 1.0) for name in GAIN_NAMES])
-        self._static = static_error_function(problem.setting)
-        self.limits = {r.name: r.limit for r in problem.requirements}
+        self._static = Buffered(static_error_function(problem.setting))
+        self.limits = strictest(problem.requirements)
         self.back_off = back_off
         self.sensitivity_limit = sensitivity_limit or self.limits.get("peak sensitivity")
-        self._sensed = [
-            (g.omega >= 2 * np.pi * SENSED_HZ[0]) & (g.omega <= 2 * np.pi * SENSED_HZ[1]) for g in self.groups
-        ]
-        states = [
-            (s.plant, k) for s in problem.subjects for k, n in enumerate(s.plant.states) if n.startswith("current of")
-        ]
-        self._fastest_current = max((-plant.A[k, k] for plant, k in states), default=np.inf)
+        self._factors: dict[str, float] = {}
         self._known: tuple[bytes, Point] | None = None
         self.evaluations = 0
 
@@ -112,10 +105,24 @@ class Programme:
         self.back_off = back_off
         self._known = None
 
-    def watch(self, group: int, omega: float) -> None:
-        """Constrains the sensitivity of a group at one more frequency [rad/s]."""
-        self.groups[group].watch([omega])
+    def watch(self, omega: Sequence[float]) -> None:
+        """Constrains sensitivities and densities at more frequencies [rad/s]."""
+        for group in self.groups:
+            group.watch(omega)
         self._known = None
+
+    def calibrate(self, factors: Mapping[str, float]) -> None:
+        """Multiplies mean squares of classes by factors more: by what the grid was off from an exact measure."""
+        self._factors |= {name: factor * self._factors.get(name, 1.0) for name, factor in factors.items()}
+        self._known = None
+
+    def exchange(self, x: np.ndarray) -> bool:
+        """Whether exact measures at x say that something is to be constrained that was not; then it is."""
+        return self.exchange_at(self.theta(x))
+
+    def exchange_at(self, theta: np.ndarray) -> bool:
+        """The same at the seventeen parameters."""
+        return exchange(self, theta)
 
     # ---- variables
 
@@ -130,11 +137,24 @@ class Programme:
         return Gains(**dict(zip(GAIN_NAMES, self.theta(x).tolist(), strict=True)))
 
     def x(self, gains: Gains) -> np.ndarray:
-        """The variables that stand for given gains, moved inside the bounds."""
-        values = np.array([gains.as_dict()[GAIN_NAMES[k]] for k in self.free])
+        """The variables that stand for given gains, moved inside the bounds.
+
+        First rescaled to the problem's fixed K_heave and K_sway where that leaves the loop as it is.
+        """
+        given = self._in_our_scale(gains).as_dict()
+        values = np.array([given[GAIN_NAMES[k]] for k in self.free])
         scaled = np.where(self._log, np.log(np.where(self._log, np.maximum(values, 1e-6), 1.0)), values / self._typical)
         low, high = self.bounds()
         return np.clip(scaled, low, high)
+
+    def _in_our_scale(self, gains: Gains) -> Gains:
+        """The same loop with the fixed values of the modal gains that may be chosen freely (`ModalLaw.references`)."""
+        factor = {}
+        for name in self.problem.law.references:
+            own, wanted = getattr(gains, name), self.problem.fixed.get(name, 0.0)
+            factor[name] = own / wanted if own * wanted > 0 else 1.0
+        vertical = factor["K_heave"]
+        return gains.rescaled(vertical=vertical, lateral=factor.get("K_sway", vertical))
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Lower and upper bounds of the variables."""
@@ -179,135 +199,31 @@ class Programme:
 
     def measure(self, theta: np.ndarray) -> Measured:
         """Cost and constraint rows at the seventeen parameters, with their derivatives."""
-        squares: dict[str, float] = {}
-        slopes: dict[str, np.ndarray] = {}
-        rows: list[tuple[str, np.ndarray, np.ndarray]] = []
-        for number, group in enumerate(self.groups):
-            mean, peak = group.responses(theta)
-            for name, value, slope in zip(group.classes, mean.value, mean.gradient, strict=True):
-                squares[name] = squares.get(name, 0.0) + value
-                slopes[name] = slopes.get(name, 0.0) + slope
-            rows += self._pole_rows(group, theta)
-            rows += self._delay_rows(group, theta)
-            if self.sensitivity_limit:
-                kept = np.concatenate(
-                    [self._sensed[number], np.ones(len(peak.value) - len(self._sensed[number]), bool)]
-                )
-                limit = (self.sensitivity_limit * (1 - self.back_off)) ** 2
-                name = f"peak sensitivity of {group.subject.name}"
-                rows.append((name, 1 - peak.value[kept] / limit, -peak.gradient[kept] / limit))
-        rows += self._square_rows(squares, slopes)
-        rows += self._mask_rows()
-        static, static_slope = (m.full() for m in self._static(theta))
-        rows += self._static_rows(squares, slopes, static.ravel(), static_slope)
-
-        felt = [name for name in squares if name.startswith("acceleration") and name.rsplit(", ", 1)[1] in COST_POINTS]
-        cost = COST_SCALE / GRAVITY**2 * sum(squares[name] for name in felt)
-        cost_slope = COST_SCALE / GRAVITY**2 * sum(slopes[name] for name in felt)
+        at = self.evaluated(theta)
+        limits = {"decay rate": 0.0, **self.limits}  # a loop must be stable, whatever is asked
+        if self.sensitivity_limit:
+            limits["peak sensitivity"] = self.sensitivity_limit
+        rows = [row for name, limit in limits.items() for row in ROWS[name](at, name, limit)]
+        felt = [name for name in at.squares if _felt(name)]
+        cost = COST_SCALE / GRAVITY**2 * sum(at.squares[name] for name in felt)
+        cost_slope = COST_SCALE / GRAVITY**2 * sum(at.slopes[name] for name in felt)
         return Measured(float(cost), np.asarray(cost_slope), rows)
 
-    def _pole_rows(self, group: GroupMeasures, theta: np.ndarray):
-        values, slopes = group.eigenvalues(theta)
-        upper = np.flatnonzero(values.imag >= 0)
-        values, slopes = values[upper], slopes[upper]
-        size = np.abs(values)
-        decay = max(self.limits.get("decay rate", 0.0) * (1 + self.back_off), STABLE_DECAY)
-        count = min(
-            SLOWEST, (group.size + 1) // 2
-        )  # there are at least so many upper eigenvalues, however many are real
-        slow = np.argsort(-values.real)[:count]
-        rows = [(f"decay rate of {group.subject.name}", -values.real[slow] / decay - 1, -slopes.real[slow] / decay)]
-        asked = self.limits.get("damping ratio")
-        if asked:
-            asked *= 1 + self.back_off
-            ratio = -values.real / size
-            d_ratio = (
-                -slopes.real / size[:, None] + (values.real / size**3)[:, None] * (values.conj()[:, None] * slopes).real
-            )
-            worst = np.argsort(ratio)[:count]
-            rows.append((f"damping ratio of {group.subject.name}", ratio[worst] / asked - 1, d_ratio[worst] / asked))
-        return rows
-
-    def _square_rows(self, squares, slopes):
-        rows = []
-        for name in GAPS:
-            limit = self.limits.get(f"rms {name}")
-            if limit:
-                limit = (limit * (1 - self.back_off)) ** 2
-                rows.append((f"rms {name}", np.array([1 - squares[name] / limit]), -slopes[name] / limit))
-        limit = self.limits.get("sum of mean square currents")
-        if limit:
-            limit *= 1 - self.back_off
-            rows.append(
-                (
-                    "sum of mean square currents",
-                    np.array([1 - squares["currents"] / limit]),
-                    -slopes["currents"] / limit,
-                )
-            )
-        limit = self.limits.get(MOTOR_CURRENT)
-        if limit:
-            limit *= 1 - self.back_off
-            point, both = self.problem.setting.motor, [squares[name] for name in MOTOR_SQUARES]
-            by = slope_at_3_sigma(point, *both)
-            slope = sum(part * slopes[name] for part, name in zip(by, MOTOR_SQUARES, strict=True))
-            rows.append((MOTOR_CURRENT, np.array([1 - current_at_3_sigma(point, *both) / limit]), -slope / limit))
-        return rows
-
-    def _delay_rows(self, group: GroupMeasures, theta: np.ndarray):
-        """Direct gain of each pattern against that at which L = M/(1 + jωT) bears just the dead time asked for."""
-        limit = self.limits.get("delay margin")
-        if not limit:
-            return []
-        lag = 1 / self._fastest_current
-        most = direct_gain_bearing(limit * DELAY_BACK_OFF, lag)
-        gain = group.direct(theta)
-        return [(f"delay margin of {group.subject.name}", 1 - gain.value / most, -gain.gradient / most)]
-
-    def _mask_rows(self):
-        """Acceleration densities over the ride mask, at the grid's nodes that the mask covers."""
-        rows = []
-        for name, direction in RIDE_MASKS.items():
-            limit = self.limits.get(name)
-            if not limit:
-                continue
-            mask = mask_for(direction)
-            f = self.groups[0].omega / (2 * np.pi)
-            inside = (f >= mask.frequency_hz[0]) & (f <= mask.frequency_hz[-1])
-            allowed = mask.psd(f[inside])[:, None] * limit * (1 - MASK_BACK_OFF)
-            axis = "acceleration " + {"vertical": "z", "lateral": "y"}[direction]
-            total: dict[str, tuple[np.ndarray, np.ndarray]] = {}
-            for group in self.groups:
-                for place, density in group.densities().items():
-                    if place.startswith(axis):
-                        value, slope = total.get(place, (0.0, 0.0))
-                        total[place] = value + density.value[inside], slope + density.gradient[inside]
-            rows += [(f"{name} at {place}", 1 - v / allowed[:, 0], -d / allowed) for place, (v, d) in total.items()]
-        return rows
-
-    def _static_rows(self, squares, slopes, static, static_slope):
-        rows = []
-        for word, part in (("gap", slice(0, 2)), ("lateral gap", slice(2, 4))):
-            limit = self.limits.get(f"static {word} error from bias")
-            if limit:
-                limit *= 1 - self.back_off
-                rows.append((f"static {word} error from bias", 1 - static[part] / limit, -static_slope[part] / limit))
-            limit = self.limits.get(f"peak {word} change")
-            if limit:
-                limit *= 1 - self.back_off
-                names = GAPS[part]
-                rms = np.array([np.sqrt(squares[n]) for n in names])
-                slope = np.array([slopes[n] for n in names]) / (2 * rms[:, None])
-                value = static[part] + PEAK_SIGMAS * rms
-                rows.append(
-                    (f"peak {word} change", 1 - value / limit, -(static_slope[part] + PEAK_SIGMAS * slope) / limit)
-                )
-        return rows
+    def evaluated(self, theta: np.ndarray) -> Evaluated:
+        """Responses and mean squares at the seventeen parameters, and what else is asked of them."""
+        responses = [group.responses(theta) for group in self.groups]
+        squares: dict[str, float] = {}
+        slopes: dict[str, np.ndarray] = {}
+        for group, found in zip(self.groups, responses, strict=True):
+            for name, value, slope in zip(group.classes, found.mean.value, found.mean.gradient, strict=True):
+                factor = self._factors.get(name, 1.0)
+                squares[name] = squares.get(name, 0.0) + factor * value
+                slopes[name] = slopes.get(name, 0.0) + factor * slope
+        return Evaluated(
+            self.problem.setting, self.groups, theta, self.back_off, responses, squares, slopes, self._static
+        )
 
 
-def direct_gain_bearing(delay: float, lag: float) -> float:
-    """The gain M at which L = M/(1 + jωT) has the given delay margin [s]: (π − atan x) T/x with x = √(M² − 1)."""
-    from scipy.optimize import brentq
-
-    x = brentq(lambda x: (np.pi - np.arctan(x)) * lag / x - delay, 1e-6, 1e6)
-    return float(np.hypot(1.0, x))
+def _felt(name: str) -> bool:
+    """Whether a class of outputs counts in the cost."""
+    return name.startswith("acceleration") and name.rsplit(", ", 1)[1] in COST_POINTS

@@ -82,10 +82,6 @@ class Subject:
         A, B, C, D = self.law.filter_bank(theta)
         return ca.mtimes(self._resolution(theta), D - ca.mtimes(C, ca.solve(A, B)))
 
-    def direct_gain(self, theta: ca.SX) -> ca.SX:
-        """(k, 4n): pattern commands per sensor signal at infinite frequency, symbolic in the seventeen parameters."""
-        return ca.mtimes(self._resolution(theta), self.law.filter_bank(theta)[3])
-
     @property
     def _owned(self) -> np.ndarray:
         """1 for the group's channels, 0 for the others, in the order of `CHANNELS`: others measure held coordinates."""
@@ -109,23 +105,38 @@ class Subject:
     def dynamics(self, theta: ca.SX) -> ca.SX:
         """State matrix of the closed loop, symbolic in the seventeen parameters (order of `GAIN_NAMES`).
 
-        The plant must not pass commands straight to its sensors (it has the current-loop lag).
+        States: of the plant, then the filters of `modal_rows`.
         """
         if theta.numel() != len(GAIN_NAMES):
             raise InputError(f"theta must have {len(GAIN_NAMES)} entries; got {theta.numel()}.")
         rows = self.modal_rows
-        Ac, Bc, Cc, Dc = self.law.filter_bank(theta)
-        resolve = self._resolution(theta)
-        Ac, Bc, Cc, Dc = Ac[rows, rows], Bc[rows, :], ca.mtimes(resolve, Cc[:, rows]), ca.mtimes(resolve, Dc)
-        plant, law = self.plant, self.law
-        u, y = plant.index("inputs", self.commands), plant.index("outputs", law.sensors)
-        Bu, Cy, Dyu = ca.DM(plant.B[:, u]), ca.DM(plant.C[y]), plant.D[np.ix_(y, u)]
-        E = ca.inv(ca.SX.eye(len(u)) - ca.mtimes(Dc, ca.DM(Dyu))) if Dyu.any() else ca.DM.eye(len(u))
-        commands = ca.mtimes(E, ca.horzcat(ca.mtimes(Dc, Cy), Cc))
-        measured = ca.horzcat(Cy, ca.DM.zeros(len(y), len(rows))) + ca.mtimes(ca.DM(Dyu), commands)
-        top = ca.horzcat(ca.DM(plant.A), ca.DM.zeros(len(plant.A), len(rows))) + ca.mtimes(Bu, commands)
-        bottom = ca.mtimes(Bc, measured) + ca.horzcat(ca.DM.zeros(len(rows), len(plant.A)), Ac)
+        Ac, Bc, *_ = self.law.filter_bank(theta)
+        plant = self.plant
+        u, y = plant.index("inputs", self.commands), plant.index("outputs", self.law.sensors)
+        commands = self.commanded(theta)
+        measured = ca.horzcat(ca.DM(plant.C[y]), ca.DM.zeros(len(y), len(rows)))
+        measured = measured + ca.mtimes(ca.DM(plant.D[np.ix_(y, u)]), commands)
+        top = ca.horzcat(ca.DM(plant.A), ca.DM.zeros(len(plant.A), len(rows)))
+        top = top + ca.mtimes(ca.DM(plant.B[:, u]), commands)
+        bottom = ca.mtimes(Bc[rows, :], measured) + ca.horzcat(ca.DM.zeros(len(rows), len(plant.A)), Ac[rows, rows])
         return ca.vertcat(top, bottom)
+
+    def commanded(self, theta: ca.SX) -> ca.SX:
+        """(k, n) pattern commands of the closed loop from the states of `dynamics`, symbolic."""
+        resolve, rows, plant = self._resolution(theta), self.modal_rows, self.plant
+        _, _, Cc, Dc = self.law.filter_bank(theta)
+        Cc, Dc = ca.mtimes(resolve, Cc[:, rows]), ca.mtimes(resolve, Dc)
+        u, y = plant.index("inputs", self.commands), plant.index("outputs", self.law.sensors)
+        Dyu = plant.D[np.ix_(y, u)]
+        E = ca.inv(ca.SX.eye(len(u)) - ca.mtimes(Dc, ca.DM(Dyu))) if Dyu.any() else ca.DM.eye(len(u))
+        return ca.mtimes(E, ca.horzcat(ca.mtimes(Dc, ca.DM(plant.C[y])), Cc))
+
+    def noise_inputs(self, theta: ca.SX) -> ca.SX:
+        """(n, 4n) how errors of the sensors enter the states of `dynamics`, symbolic; of a plant with current lag."""
+        _, Bc, _, Dc = self.law.filter_bank(theta)
+        u = self.plant.index("inputs", self.commands)
+        direct = ca.mtimes(self._resolution(theta), Dc)
+        return ca.vertcat(ca.mtimes(ca.DM(self.plant.B[:, u]), direct), Bc[self.modal_rows, :])
 
 
 def subject(plant: Plant, law: ModalLaw, name: str, *, unused: bool = False) -> Subject:

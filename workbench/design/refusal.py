@@ -1,0 +1,61 @@
+"""The refusal of a design: which requirement binds, where, and by how much, whichever way an optimiser ended.
+
+what was looked at: (analysis, verdicts) of each --the one that misses least--> sentence
+"""
+
+from collections.abc import Sequence
+
+from workbench.analysis.analysis import Analysis
+from workbench.design.requirement import Requirement, Verdict
+from workbench.errors import InfeasibleError
+
+NAMED = 4  # requirements at most in one sentence
+
+
+def refusal(name: str, looked_at: Sequence[tuple[Analysis, Sequence[Verdict]]]) -> InfeasibleError:
+    """What misses at the gains whose largest relative miss is smallest; stability itself where nothing is stable.
+
+    looked_at : at least one, each unstable or with a requirement that is not met
+    """
+    stable = [missed(verdicts) for analysis, verdicts in looked_at if analysis.stable]
+    if stable:
+        binding = min(stable, key=lambda found: miss(found[0]))
+        cure = "relax one of them, widen a bound or free another gain."
+    else:
+        binding = [stability(max((analysis for analysis, _ in looked_at), key=lambda a: a.decay))]
+        cure = "try more --starts, widen a bound, or give --fix values that stabilise."
+    return InfeasibleError(
+        f"the requirements of {name!r} cannot be met together: {in_words(binding)}. "
+        f"{'These bind' if len(binding) > 1 else 'This binds'} at the best compromise found; {cure}"
+    )
+
+
+def missed(verdicts: Sequence[Verdict]) -> list[Verdict]:
+    """Those not met, the largest relative miss first."""
+    return sorted((v for v in verdicts if not v.met), key=lambda v: -miss(v))
+
+
+def miss(verdict: Verdict) -> float:
+    """By which fraction of its limit a verdict misses; infinite without a value."""
+    if verdict.value is None:
+        return float("inf")
+    return Requirement(verdict.name, verdict.limit).shortfall(verdict.value)
+
+
+def in_words(verdicts: Sequence[Verdict]) -> str:
+    """What misses, where and by how much, the first few."""
+    return "; ".join(_words(v) for v in verdicts[:NAMED])
+
+
+def _words(v: Verdict) -> str:
+    relative = v.value is not None and v.limit != 0
+    return v.sentence() + (f", a miss of {100 * miss(v):.2g} %" if relative else "")
+
+
+def stability(analysis: Analysis) -> Verdict:
+    """The verdict that every root must decay, of gains under which one does not."""
+    worst = max(analysis.modes, key=lambda m: m.pole.real)
+    return Verdict(
+        name="decay rate", sense=">=", limit=0.0, value=analysis.decay, unit="1/s", met=False,
+        where=f"{worst.name}, {worst.frequency_hz:.3g} Hz",
+    )  # fmt: skip
