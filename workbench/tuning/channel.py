@@ -10,11 +10,10 @@ import numpy as np
 
 from workbench.analysis.realisation import Realisation
 from workbench.tuning.channel_fraction import Closed, Fraction, pulled_back
+from workbench.tuning.channel_modes import Modes, eigenvalues, roots
 from workbench.tuning.loop_delay import LinedSystem, resolved, response
 from workbench.tuning.loop_roots import spectrum
 from workbench.tuning.structure import Controller
-
-MULTIPLE = 1e-12  # yᴴ Λ' x of vectors of unit length below which a root is multiple to rounding
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -106,22 +105,25 @@ class Channel:
         late = self.lines.late(K.order)
         return late if self.kept is None else late[self.kept[1]]
 
-    def roots(self, K: Controller) -> np.ndarray:
-        """Poles (k,) under K with dead times exact, those that collocation locates; `loop_roots` says which."""
-        return spectrum(self.lined(K), self.late(K))
+    def poles(self, K: Controller) -> np.ndarray:
+        """Poles (k,) under K, nothing cancelled; with dead times those that collocation locates."""
+        return spectrum(self.lined(K), self.late(K)) if self.delayed else np.linalg.eigvals(self.system(K).A)
 
-    def root_pullback(self, K: Controller, root: complex, weight: complex) -> Controller:
-        """Gradient with respect to K of Re(weight · root), one of `roots(K)`: ∂λ = yᴴ ∂A x/(yᴴ Λ' x)."""
-        closed, late = self._closed(K, exact=True), self.late(K)
-        line = late > 0
-        symbol = np.where(line, np.exp(root * late), root)
-        slope = np.where(line, late * symbol, 1.0)
-        size = np.maximum(1.0, np.abs(symbol))  # rows of like size: a line's symbol may be large or small
-        left, _, right = np.linalg.svd((np.diag(symbol) - closed.A) / size[:, None])
-        y, x = left[:, -1] / size, right[-1].conj()
-        overlap, least = y.conj() @ (slope * x), MULTIPLE * np.linalg.norm(y)
-        GA = (np.outer(y.conj(), x) * (weight / (overlap if abs(overlap) > least else least))).real
-        return pulled_back(closed, K, GA, *(np.zeros_like(part) for part in (closed.B, closed.C, closed.D)))
+    def modes(self, K: Controller) -> Modes:
+        """Poles under K and their gradients; with dead times those that collocation locates."""
+        closed = self._closed(K, exact=True)
+        rest = [np.zeros_like(part) for part in (closed.B, closed.C, closed.D)]
+
+        def back(GA: np.ndarray) -> Controller:
+            return pulled_back(closed, K, GA, *rest)
+
+        if self.delayed:
+            return roots(closed.A, self.late(K), back)
+        if self.exact is not self.rational:  # sampled dead times: chains of states
+            A, B, C, D = self.system(K)
+            rest = [np.zeros_like(part) for part in (B, C, D)]
+            return eigenvalues(A, lambda GA: self.system_pullback(K, GA, *rest))
+        return eigenvalues(closed.A, back)
 
     def _symbols(self, omega: np.ndarray, order: int) -> np.ndarray:
         """Those of the states that count."""

@@ -20,6 +20,7 @@ from workbench.analysis.realisation import Realisation, balanced, responder
 from workbench.errors import InputError
 from workbench.tuning.goal import FULL_BAND, NEAR, Value, infinite, near, stability_reason
 from workbench.tuning.goal_search import peaks, seeds
+from workbench.tuning.loop_count import unstable_poles
 
 if TYPE_CHECKING:
     from workbench.tuning.structure import Controller
@@ -103,8 +104,10 @@ class Sampled:
     reason: str  # why there is nothing to ask; empty for a stable loop
 
 
-def sampled(channel: Any, K: "Controller") -> Sampled:
-    """The response of a channel for K, or why there is none."""
+def sampled(channel: Any, K: "Controller", *, judged: bool = False) -> Sampled:
+    """The response of a channel for K, or why there is none; `judged`: poles with dead times are counted, too."""
+    if channel.delayed:
+        return _late(channel, K, judged)
     h = channel.sample_time
     try:
         A, B, C, D = channel.system(K)
@@ -120,10 +123,21 @@ def sampled(channel: Any, K: "Controller") -> Sampled:
     reason = stability_reason(poles, h, in_w_plane=h is not None)
     if reason:
         return _nothing(reason)
-    if channel.delayed:
-        return Sampled(system, poles, lambda axis: channel.response(K, axis.omega), "")
     answer = modal_responder(system, poles, vectors)
     return Sampled(system, poles, lambda axis: answer(axis.filters), "")
+
+
+def _late(channel: Any, K: "Controller", judged: bool) -> Sampled:
+    """The same with dead times, the poles those that are located; its `system` has Padé fractions and only steers."""
+    try:
+        system, poles = channel.system(K), channel.poles(K)
+        reason = stability_reason(poles, None)
+        count = unstable_poles(channel.lined(K), channel.late(K)) if judged and not reason else 0
+    except InputError as error:
+        return _nothing(str(error))
+    if count:
+        reason = f"the closed loop is unstable: {count} poles on or right of the axis; its measure does not exist."
+    return Sampled(system, poles, lambda axis: channel.response(K, axis.omega), reason)
 
 
 def modal_responder(system: Realisation, poles: np.ndarray, vectors: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
@@ -191,7 +205,7 @@ class PeakMeasure:
 
     def exact(self, K: "Controller") -> Value:
         """Certified bracket for rational shapes over all frequencies; else a dense grid, refined."""
-        state = sampled(self.channel, K)
+        state = sampled(self.channel, K, judged=True)
         reason = state.reason or self.shape.refusal(state.system)
         if reason:
             return infinite(reason)

@@ -9,7 +9,6 @@ sector, inside the circle; and a positive definite P with MᴴP + PM < 0 proves 
 """
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -17,15 +16,14 @@ import numpy as np
 
 from workbench.analysis.realisation import state_scale
 from workbench.errors import InputError
+from workbench.tuning.channel_modes import Modes, eigenvalues
 from workbench.tuning.goal import FULL_BAND, NEAR, Bound, Goal, Value, infinite, near
 from workbench.tuning.goal_roots import COUNTED, check_focus, root_limits
 
 if TYPE_CHECKING:
     from workbench.tuning.structure import Controller
 
-SMALLEST_OVERLAP = 1e-12  # |yᴴx| of unit eigenvectors below which a pole is multiple to rounding
 FIRST_SLACK, LAST_SLACK = 1e-9, 1e-2  # of a region's level, between which a Lyapunov proof is tried
-Pull = Callable[[int, complex], "Controller"]
 VANISHED = 1e-30  # |z| of a pole so fast that log z says nothing
 
 
@@ -136,8 +134,9 @@ class _Itself:
     def system(self, K: "Controller") -> tuple[np.ndarray, ...]:
         return K.A, K.B, K.C, K.D
 
-    def system_pullback(self, K: "Controller", GA, GB, GC, GD) -> "Controller":
-        return replace(K, A=GA, B=GB, C=GC, D=GD)
+    def modes(self, K: "Controller") -> Modes:
+        rest = {name: np.zeros_like(getattr(K, name)) for name in "BCD"}
+        return eigenvalues(K.A, lambda GA: replace(K, A=GA, **rest))
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,7 +149,7 @@ class PoleMeasure:
     def evaluate(self, K: "Controller") -> Value:
         """Eigenvalues, or located roots with dead time; the gradient of every one near the largest measure."""
         try:
-            poles, pull = (self._roots if self.channel.delayed else self._eigenvalues)(K)
+            poles, pull = self.channel.modes(K)
         except InputError as error:  # an algebraic loop without solution
             return infinite(str(error))
         if not np.isfinite(poles).all():
@@ -166,29 +165,6 @@ class PoleMeasure:
         near_top = [item for item in candidates if item[0] >= top[0] - NEAR * max(abs(top[0]), NEAR)]
         pieces = [(value, pull(k, np.conj(slope) * dsdz[k])) for value, _, k, slope in near_top]
         return self._value(top[0], top[1], s[top[2]], gradients=near(pieces), method="eigenvalues")
-
-    def _eigenvalues(self, K: "Controller") -> tuple[np.ndarray, Pull]:
-        """Poles, and the gradient of Re(weight · λ_k): ∂λ = yᴴ ∂A x/(yᴴ x)."""
-        from scipy.linalg import eig
-
-        A, *rest = self.channel.system(K)
-        if len(A) == 0 or not np.isfinite(A).all():
-            return np.full(min(len(A), 1), np.nan), _nothing
-        poles, left, right = eig(A, left=True, right=True)  # pyright: ignore[reportAssignmentType]
-
-        def pull(k: int, weight: complex) -> "Controller":
-            x, y = right[:, k], left[:, k]
-            overlap = y.conj() @ x
-            overlap = overlap if abs(overlap) > SMALLEST_OVERLAP else SMALLEST_OVERLAP
-            gradient = np.real(np.outer(y.conj(), x) * (weight / overlap))
-            return self.channel.system_pullback(K, gradient, *(np.zeros_like(part) for part in rest))
-
-        return poles, pull
-
-    def _roots(self, K: "Controller") -> tuple[np.ndarray, Pull]:
-        """Roots with dead times exact, and their gradients."""
-        roots = self.channel.roots(K)
-        return roots, lambda k, weight: self.channel.root_pullback(K, complex(roots[k]), weight)
 
     def exact(self, K: "Controller") -> Value:
         """Eigenvalues of the balanced matrix, then a Lyapunov proof of the region slightly widened; roots counted."""
@@ -273,10 +249,6 @@ class PoleMeasure:
         if not -1 < zeta < 1:
             return None
         return np.exp(1j * math.asin(zeta)) * A
-
-
-def _nothing(k: int, weight: complex) -> "Controller":
-    raise IndexError(k)  # there is no pole to ask for
 
 
 def _no_poles() -> Value:

@@ -177,7 +177,7 @@ class VarianceMeasure:
 
     def _integral(self, K: "Controller") -> tuple[float, str]:
         """√(1/π ∫ ‖L T W‖²_F dω), ω in 0 … ∞, dead times exact; the tail beyond the grid in 1/ω."""
-        state = sampled(self.channel, K)
+        state = sampled(self.channel, K, judged=True)
         corners = np.concatenate([np.abs(part.poles()) for part in self.filters])
         grid = seeds(state.poles, corners, (0.0, math.inf), "dense")
         top = 30 * float(np.abs(state.poles).max(initial=1.0))

@@ -161,9 +161,9 @@ class Loop:
         return self._channel(points, tuple(BEFORE + p for p in points), self._others(points, openings), -1.0)
 
     def poles(self, K: Controller, openings: str | Iterable[str] = ()) -> np.ndarray:
-        """Eigenvalues of the closed loop, nothing cancelled; Padé fractions for continuous dead times."""
+        """Poles of the closed loop, nothing cancelled; of infinitely many, with dead times, those that are located."""
         channel = self.channel((), (), openings) if openings else self._all
-        return np.linalg.eigvals(channel.system(K).A)
+        return channel.poles(K)
 
     def unstable_poles(self, K: Controller) -> int:
         """How many closed-loop poles are on or beyond the stability limit, dead times exact; see `loop_count`."""

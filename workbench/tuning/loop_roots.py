@@ -7,6 +7,7 @@ Nothing here proves that no root was missed: `loop_count` does, or the caller sa
 
 import math
 from collections.abc import Callable
+from functools import lru_cache
 
 import numpy as np
 
@@ -17,6 +18,7 @@ from workbench.tuning.loop_cycle import FAR_LEFT, Cycle, inverses, parts
 FEWEST_NODES = 18  # of a line; those resolve |s| T up to about 12
 NODES_PER_RADIAN = 0.6  # of |s| T beyond; two a wavelength are the least
 MOST_ROWS = 320  # of a generator; its eigenvalues then take half a second
+FEW_ROWS = 100  # where roots only steer
 NEWTON = 40
 SETTLED = 1e-13  # of its size: a root that moves less in a step stands
 LOST = 1e-4  # a start whose root still moves by this much after all steps belongs to none
@@ -27,19 +29,25 @@ LARGEST_STEP = 0.5  # of a root's distance from zero, so that a start does not l
 
 
 def spectrum(A: np.ndarray, late: np.ndarray) -> np.ndarray:
-    """Poles (k,) of a loop: all that no dead time touches, and of each cycle those that can be located, refined."""
-    poles, cycles = parts(A, late)
-    return np.concatenate([poles, *(located(cycle) for cycle in cycles)])
+    """Poles (k,) of a loop: all that no dead time touches, and of each cycle those that a small collocation finds."""
+    return _spectrum(A.tobytes(), late.tobytes())
 
 
-def located(cycle: Cycle, fastest: float | None = None) -> np.ndarray:
+@lru_cache(maxsize=16)  # several goals ask for the spectrum of one loop
+def _spectrum(A: bytes, late: bytes) -> np.ndarray:
+    times = np.frombuffer(late)
+    poles, cycles = parts(np.frombuffer(A).reshape(len(times), -1), times)
+    return np.concatenate([poles, *(located(cycle, rows=FEW_ROWS) for cycle in cycles)])
+
+
+def located(cycle: Cycle, fastest: float | None = None, rows: int = MOST_ROWS) -> np.ndarray:
     """Roots (k,) of a cycle up to a frequency [rad/s], that of its fastest state if left out; rightmost first."""
     n, q = cycle.A_xl.shape
     known = cycle.states
     reach = float(np.abs(known).max(initial=0.0)) if fastest is None else fastest
     reach = max(reach, 1 / float(cycle.dead_times.max()))
-    wanted = FEWEST_NODES + np.ceil(NODES_PER_RADIAN * np.minimum(reach * cycle.dead_times, 2.0 * MOST_ROWS))
-    room = max(MOST_ROWS - n, q * FEWEST_NODES)
+    wanted = FEWEST_NODES + np.ceil(NODES_PER_RADIAN * np.minimum(reach * cycle.dead_times, 2.0 * rows))
+    room = max(rows - n, q * FEWEST_NODES)
     if wanted.sum() > room:
         wanted = np.maximum(FEWEST_NODES, wanted * room / wanted.sum())
     start = np.r_[np.linalg.eigvals(cycle.generator(wanted.astype(int))), known]

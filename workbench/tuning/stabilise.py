@@ -10,22 +10,20 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from time import perf_counter
-from typing import cast
 
 import numpy as np
 
-from workbench.analysis.realisation import Realisation
 from workbench.errors import InfeasibleError, InputError
 from workbench.lti.algebraic import IllPosedError
 from workbench.result import Result, Row
 from workbench.tuning.channel import Channel
+from workbench.tuning.channel_modes import Modes, eigenvalues
 from workbench.tuning.joined import Structure
 from workbench.tuning.loop import Loop
 from workbench.tuning.nonsmooth import minimise
 from workbench.tuning.structure import Controller
 
 FURTHER = 12  # eigenvalues beside the rightmost that are pieces of the function
-DEFECTIVE = 1e-9  # yᴴx of unit eigenvectors below which an eigenvalue is defective to rounding, its slope cut off
 ZERO = 1e-300  # modulus below which a discrete eigenvalue counts as settled at once
 RELATIVE_MARGIN = 1e-6  # default margin, over the fastest pole of the start
 ZERO_START = 1.0  # typical size of a parameter that starts at zero
@@ -59,30 +57,18 @@ class Abscissa:
 
     def __call__(self, theta: np.ndarray) -> list[tuple[float, np.ndarray]]:
         """Pieces (value, gradient (n,)), none where matrices are infinite or an algebraic loop has no solution."""
-        from scipy.linalg import eig
-
         K = self._structure.controller(theta)
         pieces = []
         for _, channel, h in self._loops:
-            A, *rest = _system(channel, K)
-            if not np.all(np.isfinite(A)):
+            poles, pull = _modes(channel, K)
+            if not np.isfinite(poles).all():
                 return []
-            if len(A) == 0:
-                continue
-            values, left, right = cast(tuple[np.ndarray, np.ndarray, np.ndarray], eig(A, left=True, right=True))
-            keep = np.flatnonzero(values.imag >= 0)
-            size = _size(values[keep], h)
-            zeros = [np.zeros_like(M) for M in rest]
-            for k in keep[np.argsort(-size)][: FURTHER + 1]:
-                product = left[:, k].conj() @ right[:, k]
-                product = product if abs(product) > DEFECTIVE else DEFECTIVE
-                if h is not None and abs(values[k]) < ZERO:
-                    continue
-                change = np.outer(left[:, k].conj(), right[:, k]) / product  # dλ/dA
-                if h is not None:
-                    change = change / (values[k] * h)
-                G: Controller = channel.system_pullback(K, change.real, *zeros)
-                pieces.append((float(_size(values[k : k + 1], h)[0]), self._structure.pullback(theta, G)))
+            keep = np.flatnonzero((poles.imag >= 0) & ((np.abs(poles) >= ZERO) | (h is None)))
+            size = _size(poles[keep], h)
+            for i in np.argsort(-size)[: FURTHER + 1]:
+                k = int(keep[i])
+                G = pull(k, 1.0 if h is None else 1 / (poles[k] * h))
+                pieces.append((float(size[i]), self._structure.pullback(theta, G)))
         return pieces or [(-math.inf, np.zeros(len(theta)))]
 
     def value(self, theta: np.ndarray) -> float:
@@ -94,10 +80,10 @@ class Abscissa:
         K = self._structure.controller(theta)
         found = (-math.inf, complex(-math.inf), "")
         for loop, channel, h in self._loops:
-            A = _system(channel, K)[0]
-            if not np.all(np.isfinite(A)):
+            try:
+                values = channel.poles(K)
+            except (IllPosedError, np.linalg.LinAlgError):  # the latter for matrices that are not finite
                 return math.inf, complex(math.inf), loop.name
-            values = np.linalg.eigvals(A)
             size = _size(values, h)
             if len(values) and size.max() > found[0]:
                 k = int(np.argmax(size))
@@ -105,13 +91,12 @@ class Abscissa:
         return found
 
 
-def _system(channel: Channel, K: Controller) -> Realisation:
-    """The closed loop, its matrices infinite where an algebraic loop has no solution: outside the domain."""
+def _modes(channel: Channel, K: Controller) -> Modes:
+    """The closed loop's poles, infinite where an algebraic loop has no solution: outside the domain."""
     try:
-        return channel.system(K)
+        return channel.modes(K)
     except IllPosedError:
-        none = np.full((1, 1), np.inf)
-        return Realisation(none, none, none, none)
+        return eigenvalues(np.full((1, 1), np.inf), lambda GA: K)
 
 
 def _size(values: np.ndarray, h: float | None) -> np.ndarray:

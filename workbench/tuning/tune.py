@@ -19,8 +19,10 @@ from workbench.errors import InfeasibleError, InputError
 from workbench.threads import one_thread
 from workbench.tuning.goal import Goal
 from workbench.tuning.joined import Structure
+from workbench.tuning.loop import Loop
 from workbench.tuning.model import Model
 from workbench.tuning.stabilise import random_start, stabilise
+from workbench.tuning.structure import Controller
 from workbench.tuning.tune_constrained import INSIDE, Descent, descend
 from workbench.tuning.tune_programme import Labelled, Programme
 from workbench.tuning.tune_result import StartReport, TunedGoal, Tuning
@@ -253,13 +255,21 @@ def _tuning(programme: Programme, chosen: Descent, ends: list[_End], begun: floa
     tuned = structure.with_values(dict(zip(structure.names, theta.tolist(), strict=True)))
     result = Tuning(
         values=structure.values(theta), theta=theta, structure=tuned, goals=tuple(goals),
-        abscissa=programme.abscissa.value(theta), minimum=chosen.minimum,
+        abscissa=max(_abscissa(loop, structure.controller(theta)) for loop in programme.loops), minimum=chosen.minimum,
         starts=tuple(_report(programme, end) for end in ends), seconds=exact_begun - begun,
         exact_seconds=perf_counter() - exact_begun,
     )  # fmt: skip
     if refuse:
         refuse_unmet(result)
     return result
+
+
+def _abscissa(loop: Loop, K: Controller) -> float:
+    """Largest real part of a loop's poles [1/s], infinite where it cannot be told; the goals then say why."""
+    try:
+        return loop.abscissa(K)
+    except InputError:
+        return math.inf
 
 
 def refuse_unmet(result: Tuning) -> None:
