@@ -231,3 +231,16 @@ def test_a_matrix_of_direct_gains_is_judged_alike_in_all_units():
         E, sound = closing(S @ D, singular / 2)
         assert sound
         np.testing.assert_allclose(np.linalg.inv(S) @ E @ S, 2 * np.eye(3), atol=1e-9)
+
+
+@pytest.mark.parametrize("unit", [1e-8, 1.0, 1e8])
+def test_an_integrator_under_two_blocks_in_series_is_moved_by_them(unit):
+    # 400/(s (s + 2) (s² + 0.8 s + 400)) in companion form, after 5 ms of dead time, angle in other units
+    A = np.eye(4, k=-1)
+    A[0, :3] = -2.8, -401.6, -800
+    shaft = Plant(
+        A=A, B=np.eye(4, 1), C=unit * 400 * np.eye(1, 4, k=3), D=[[0.0]],
+        states=("a", "b", "c", "d"), inputs=("u1",), outputs=("y1",),
+    )  # fmt: skip
+    blocks = pid("r - y1", "raw", Kp=2.0, Kd=0.5, Tf=0.05, parts="PD"), notch("raw", "u1", omega=20.0)
+    assert loop(Model("shaft", shaft, {"u1": 0.005}), Structure(blocks, "r")).model.name == "shaft"

@@ -99,7 +99,7 @@ def test_a_hard_goal_out_of_reach_is_refused_by_name_with_value_model_and_freque
     goals = [Gain(name="effect", inputs=("w",), outputs=("y",), limit=0.001, hard=True)]
     # at k = −100 the effect is 1/99 = 0.0101, 10.1 times the limit, at frequency 0
     with pytest.raises(
-        InfeasibleError, match=r"'effect' must be below 1; the best value reached is 10\.1.*model lag, 0 rad/s"
+        InfeasibleError, match=r"'effect' must be at most 1; the best value reached is 10\.1.*model lag, 0 rad/s"
     ):
         tune(lag(), proportional(), goals, starts=2, budget_seconds=5)
 
@@ -239,7 +239,7 @@ def test_the_worst_parameters_of_a_box_are_found_and_tuned_for():
 def test_a_box_too_wide_for_a_hard_goal_is_refused_with_its_parameters():
     # |p + k| <= 10 and stable: p may spread over less than 10
     goals = [Poles(name="speed", frequency=10.0, hard=True)]
-    with pytest.raises(InfeasibleError, match=r"'speed' must be below 1|every loop must be stable"):
+    with pytest.raises(InfeasibleError, match=r"'speed' must be at most 1|every loop must be stable"):
         tune_robust(lambda p: lag(p["p"]), {"p": (0.0, 12.0)}, proportional(-7.0), goals, starts=1, budget_seconds=5)
 
 

@@ -1,4 +1,4 @@
-"""Goals: what a tuned loop must do, each as a number that is below 1 when the goal is met.
+"""Goals: what a tuned loop must do, each as a number that is at most 1 when the goal is met.
 
     Goal (name, hard, models, openings, focus, limits) --bind(loop)--> Bound --evaluate(K)--> Value with gradients
                                                                              --exact(K)-----> Value, another algorithm
@@ -32,7 +32,7 @@ FULL_BAND = (0.0, math.inf)
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
 class Value(Result):
-    """A goal's measure for one controller: below 1 the goal is met.
+    """A goal's measure for one controller: up to 1 the goal is met, all of its bracket where `upper` differs.
 
     `gradients` holds the near-active pieces (value, gradient with respect to the controller's A, B, C, D), the largest
     first; empty where `value` is infinite and in answers of `exact`. `upper` is a certified upper bound where the
@@ -82,7 +82,7 @@ class Goal:
     name : str
         Shown in results; the kind and its signals if left out.
     hard : bool
-        A hard goal must be below 1; the largest soft one is minimised.
+        A hard goal must be at most 1; the largest soft one is minimised.
     models : names, optional
         The models it holds for; all if left out.
     openings : names of points

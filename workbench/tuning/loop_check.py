@@ -58,21 +58,21 @@ def check_pattern(A, B, C, D, pattern: np.ndarray, sample_time: float | None, na
     size = max(float(np.linalg.norm(A, 2)), np.finfo(float).tiny)
     poles = np.linalg.eigvals(A)
     fixed = poles[unstable(poles, sample_time, len(A) * EPS * size)]
-    into, out = (np.where(s > 0, s, 1.0) for s in (np.linalg.norm(B, axis=0), np.linalg.norm(C, axis=1)))
+    A, B, C, D = _signals_of_like_size(A / size, B, C, D, pattern)
+    fixed = fixed / size
     random = np.random.default_rng(0)
 
     def moved(F: np.ndarray) -> np.ndarray:
         """How far each suspect moves, relative to A's norm."""
-        F = F * size / into[:, None] / out
-        F *= min(1.0, 0.5 / max(np.linalg.norm(D @ F, 2), 1e-300))  # I − D F keeps clear of singular
+        F = F * min(1.0, 0.5 / max(np.linalg.norm(D @ F, 2), 1e-300))  # I − D F keeps clear of singular
         closed = np.linalg.eigvals(A + B @ F @ np.linalg.solve(np.eye(len(C)) - D @ F, C))
-        return np.abs(closed[:, None] - fixed).min(axis=0) / size
+        return np.abs(closed[:, None] - fixed).min(axis=0)
 
     for _ in range(3):
         full = random.normal(size=pattern.shape)
         fixed = fixed[moved(pattern * full) < np.minimum(UNMOVED, 1e-4 * moved(full))]
     if len(fixed):
-        pole = fixed[np.argmax(fixed.real)]
+        pole = size * fixed[np.argmax(fixed.real)]
         raise InputError(
             f"every unstable mode must be moved by the structure; model {name!r} has the eigenvalue {_written(pole)} "
             "that no controller with this structure's zeros moves. Let another block read or drive it."
@@ -94,6 +94,17 @@ def _in_like_units(A: np.ndarray, B: np.ndarray, C: np.ndarray) -> tuple[np.ndar
         scaled[n + nu :, :n] = pace * _unit((C * units).T).T
         units = units * state_scale(scaled)[:n]
     return A / units[:, None] * units, B / units[:, None], C * units, units
+
+
+def _signals_of_like_size(A, B, C, D, pattern: np.ndarray) -> tuple[np.ndarray, ...]:
+    """The same system in units of its inputs and outputs for which a feedback of ones is of the size of the rest."""
+    n, nu, ny = len(A), B.shape[1], len(C)
+    into, out = (np.where(s > 0, s, 1.0) for s in (np.linalg.norm(B, axis=0), np.linalg.norm(C, axis=1)))
+    B, C, D = B / into, C / out[:, None], D / into / out[:, None]
+    joined = np.block([[A, B, np.zeros((n, ny))], [np.zeros((nu, n + nu)), pattern * 1.0], [C, D, np.zeros((ny, ny))]])
+    units = state_scale(joined)
+    v, e = units[n : n + nu], units[n + nu :]
+    return A, B * v, C / e[:, None], D * v / e[:, None]
 
 
 def _written(pole: complex) -> str:

@@ -35,6 +35,8 @@ TRIES = 40  # halvings and doublings of one line search
 ENOUGH = 5  # tries after which any decrease will do
 STALLS = 3  # steps in a row below the tolerance that end a descent
 WORTHWHILE = 100  # tolerances gained since the metric was new for which a descent is repeated with a new one
+FARTHEST = 30.0  # length of a step, relative to 1 + |x| in the solver's units: beyond, a line search tells nothing
+NOTHING = 1e-12  # of the first value: what is that small counts as zero
 RADII = (1e-3, 1e-5)  # of the polish, relative to 1 + |x| in the solver's units
 POLISHES = 5  # steps of one radius
 
@@ -80,6 +82,7 @@ def minimise(
     scale=None,
     metric=None,
     tolerance: float = 1e-7,
+    size: float | None = None,
     stop_below: float = -math.inf,
     budget_seconds: float = 60.0,
     evaluations: int = 20_000,
@@ -105,7 +108,9 @@ def minimise(
         own diag(scale) if left out. Where variables act together, as gains on nearly parallel signals do, a good guess
         saves hundreds of steps.
     tolerance : float
-        Decrease per step, relative to 1 + |value|, below which descent has ended.
+        Decrease per step, relative to `size`, below which descent has ended.
+    size : float, optional
+        What a decrease is relative to; |value| if left out, so that the value's unit does not matter. 1 for logarithms.
     stop_below : float
         Ends as soon as a value below this is met.
     budget_seconds, evaluations : float, int
@@ -138,7 +143,9 @@ def minimise(
             f"metric must be a finite, nonzero matrix of shape {(len(units), len(units))}; got {shape.shape}. Mend it."
         )
     shape = shape / units[:, None]
-    solver = _Solver(function, units, box / units[:, None], shape, stop_below, budget_seconds, evaluations, on_step)
+    solver = _Solver(
+        function, units, box / units[:, None], shape, size, stop_below, budget_seconds, evaluations, on_step
+    )
     first = solver.begin(start / units)
     if not math.isfinite(first.value):
         raise InputError(
@@ -166,19 +173,20 @@ def _box(bounds, n: int) -> np.ndarray:
 class _Solver:
     """One run: the points evaluated, the best of them, the metric."""
 
-    def __init__(self, function, units, box, shape, stop_below, budget, evaluations, on_step) -> None:
-        self._function, self._units, self._box, self._shape = function, units, box, shape
+    def __init__(self, function, units, box, shape, size, stop_below, budget, evaluations, on_step) -> None:
+        self._function, self._units, self._box, self._shape, self._given_size = function, units, box, shape, size
         self._stop_below, self._deadline, self._limit = stop_below, perf_counter() + budget, evaluations
         self._on_step, self._started = on_step, perf_counter()
         self._count, self._steps = 0, 0
         self._memory = Memory(len(units))
         self._radius = RADII[0]
         self._here: Point
+        self._first: Point
 
     # evaluations
 
     def begin(self, x: np.ndarray) -> Point:
-        self._here = self._point(x)
+        self._here = self._first = self._point(x)
         self._curvature = Curvature(len(x), self._shape)
         return self._here
 
@@ -208,6 +216,12 @@ class _Solver:
         if point.value < self._stop_below:
             raise _Stop("the wanted value is reached")
 
+    def _size(self) -> float:
+        """What a decrease is relative to; see `minimise`."""
+        if self._given_size is not None:
+            return self._given_size
+        return max(abs(self._here.value), NOTHING * abs(self._first.value)) or 1.0
+
     def _room(self) -> tuple[np.ndarray, np.ndarray]:
         return self._box[:, 0] - self._here.x, self._box[:, 1] - self._here.x
 
@@ -220,7 +234,7 @@ class _Solver:
         stalled, reason, since = 0, "", self._here.value
         while True:
             here = self._here
-            size = 1 + abs(here.value)
+            size = self._size()
             found = self._direction(here)
             point = None
             if -found.slope <= 1e-3 * tolerance * size:
@@ -255,7 +269,8 @@ class _Solver:
         low, high = self._room()
         with np.errstate(divide="ignore", invalid="ignore"):
             reach = np.where(step > 0, high / step, np.where(step < 0, low / step, np.inf))
-        farthest = float(np.min(reach))
+        length = float(np.linalg.norm(step)) or 1.0
+        farthest = min(float(np.min(reach)), FARTHEST * (1 + float(np.linalg.norm(here.x))) / length)
         near, far, t = 0.0, math.inf, min(1.0, farthest) if farthest > 0 else 1.0
         best: Point | None = None
         for k in range(TRIES):
@@ -287,7 +302,7 @@ class _Solver:
             for _ in range(POLISHES):
                 gradients = self._collected(radius, generator, len(self._here.x) + 1)
                 low, high = self._room()
-                size = 1 + abs(self._here.value)
+                size = self._size()
                 found = simplex_direction(
                     gradients, np.zeros(len(gradients)), self._curvature.factor(self._here), low, high
                 )

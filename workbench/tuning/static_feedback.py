@@ -233,12 +233,13 @@ class _Search:
         if not self._loop.variance(K):
             return K
         warm = self._minimise(
-            self._loop.variance, K, "small variance", until, tolerance=WARM, polish=False, evaluations=MOST_WARM
+            self._loop.variance, K, "small variance", until, tolerance=WARM, size=1.0, polish=False,
+            evaluations=MOST_WARM,
         ).x.reshape(K.shape)  # fmt: skip
         return warm if self._measure()(warm) else K
 
     def _descended(self, K: np.ndarray, words: str, until: float, **options) -> Minimum:
-        return self._minimise(self._measure(), K, words, until, stop_below=self._least, **options)
+        return self._minimise(self._measure(), K, words, until, stop_below=self._least, size=1.0, **options)
 
     def _finished(self, coarse: list[Minimum]) -> list[Minimum]:
         """One round for each of the starts chosen, further rounds for the best: metric of where it stands, plain one.

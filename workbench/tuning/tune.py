@@ -1,10 +1,10 @@
-"""Tuning the free parameters of a structure: soft goals as small as they get, every hard one below 1.
+"""Tuning the free parameters of a structure: soft goals as small as they get, every hard one at most 1.
 
     models, structure, goals --starts--> stabilise --> descend --> best start --exact goals--> Tuning
 
 Steering and deciding are apart: the nonsmooth solver follows `goal.evaluate`, and every figure of the result is
 `goal.exact`, another algorithm. Where the exact value of a hard goal is above 1 although the steering one is below, the
-search is repeated with a smaller target.
+search is repeated with a smaller target for that goal.
 """
 
 import math
@@ -17,13 +17,13 @@ import numpy as np
 from workbench.budget import checked_budget
 from workbench.errors import InfeasibleError, InputError
 from workbench.threads import one_thread
-from workbench.tuning.goal import Goal
+from workbench.tuning.goal import Goal, Value
 from workbench.tuning.joined import Structure
 from workbench.tuning.loop import Loop
 from workbench.tuning.model import Model
 from workbench.tuning.stabilise import random_start, stabilise
 from workbench.tuning.structure import Controller
-from workbench.tuning.tune_constrained import INSIDE, Descent, descend
+from workbench.tuning.tune_constrained import Descent, descend
 from workbench.tuning.tune_programme import Labelled, Programme
 from workbench.tuning.tune_result import StartReport, TunedGoal, Tuning
 
@@ -66,9 +66,9 @@ def tune(
     models : Model or several
         One structure for all of them; a goal counts on each model it holds for, at its worst.
     structure : Structure
-        Its values are the first start, its bounds are kept.
+        Its values are the first start, its bounds are kept. Where they meet every hard goal they are never worsened.
     goals : Goal records
-        Hard ones must be below 1; the largest soft one is minimised. Stability of every loop is always required.
+        Hard ones must be at most 1; the largest soft one is minimised. Stability of every loop is always required.
     starts, seed : int
         The first start is the structure's (or `start`), the others random around it; same seed, same result, as long
         as the budget does not end the search.
@@ -134,10 +134,9 @@ def tune_labelled(
             ends = _side_by_side(models, programme, centre, starts, seed, budget_seconds, workers, on_progress)
         else:
             ends = _one_by_one(programme, centre, starts, seed, budget_seconds, on_progress)
-        best = _best(ends)
-        if best is None:
+        if all(end.descent is None for end in ends):
             raise InfeasibleError(min(ends, key=lambda end: end.number).refusal)
-        chosen = _verified(programme, best, seed, begun + budget_seconds)
+        chosen = _chosen(programme, ends, centre, seed, begun + budget_seconds)
         return _tuning(programme, chosen, ends, begun, refuse)
 
 
@@ -207,44 +206,82 @@ def _side_by_side(models, programme, centre, starts, seed, budget, workers, on_p
     return sorted(ends, key=lambda end: end.number)
 
 
-def _best(ends: list[_End]) -> Descent | None:
-    """Feasible before infeasible; then the smallest soft value, or the smallest hard one where none is feasible."""
-    found = [end.descent for end in ends if end.descent is not None]
-    feasible = [d for d in found if d.feasible()]
-    best: Descent | None = None
-    for d in feasible or found:
-        size = d.soft if feasible else d.hard
-        least = math.inf if best is None else (best.soft if feasible else best.hard)
-        if best is None or size < least - ALIKE * abs(least):
-            best = d
-    return best
+@dataclass(frozen=True, slots=True)
+class _Judged:
+    """Where a search ended, by the exact measures of every task."""
+
+    descent: Descent
+    exact: list[Value]
+    excess: float  # of the largest hard value over 1, its bracket's upper end; 0 where all are met
+    soft: float
+
+    @classmethod
+    def of(cls, programme: Programme, descent: Descent) -> "_Judged":
+        exact = programme.exact_values(descent.theta)
+        pairs = list(zip(programme.tasks, exact, strict=True))
+        hard = max((value.upper for task, value in pairs if task.goal.hard), default=-math.inf)
+        soft = max((value.value for task, value in pairs if not task.goal.hard), default=-math.inf)
+        return cls(descent, exact, max(hard - 1, 0.0), soft)
+
+    @property
+    def rank(self) -> tuple[float, float]:
+        """Smaller is better: what hard goals miss, then the soft value."""
+        return self.excess, self.soft
 
 
-def _verified(programme: Programme, best: Descent, seed: int, until: float) -> Descent:
-    """The best start, searched again with smaller targets while its exact hard values are above 1."""
-    target, chosen = INSIDE, best
-    for _ in range(ROUNDS):
-        exact = programme.exact_values(chosen.theta)
-        pairs = zip(programme.tasks, exact, strict=True)
-        worst = max((value.value for task, value in pairs if task.goal.hard), default=-math.inf)
-        if worst < 1 or worst > FAR or not chosen.feasible() or perf_counter() > until:
-            return chosen
-        target *= INSIDE / worst
-        again = descend(programme, chosen.theta, until=until, seed=seed, target=target)
-        if not again.feasible(target):
-            return chosen
-        chosen = again
+def _records(ends: list[_End]) -> list[Descent]:
+    """The starts that were better than all before: the smallest hard value until it is below 1, then the soft one."""
+    found: list[Descent] = []
+    for d in (end.descent for end in ends if end.descent is not None):
+        size = (0.0, d.soft) if d.feasible else (d.hard, d.soft)
+        if not found:
+            found.append(d)
+            continue
+        last = found[-1]
+        least = (0.0, last.soft) if last.feasible else (last.hard, last.soft)
+        k = 0 if size[0] != least[0] else 1
+        if size[k] < least[k] - ALIKE * abs(least[k]):
+            found.append(d)
+    return found
+
+
+def _chosen(programme: Programme, ends: list[_End], centre: np.ndarray, seed: int, until: float) -> _Judged:
+    """The best by the exact measures: of the record starts, verified, and of the given start as it is.
+
+    A further start adds to the records and changes none, so that more starts are never worse, nor is the given one.
+    """
+    given = Descent(centre, math.inf, math.inf, None)
+    candidates = [_verified(programme, record, seed, until) for record in _records(ends)]
+    if programme.abscissa.value(centre) < -programme.min_decay:
+        candidates.append(_Judged.of(programme, given))
+    return min(candidates, key=lambda judged: judged.rank)
+
+
+def _verified(programme: Programme, best: Descent, seed: int, until: float) -> _Judged:
+    """A start, searched again with smaller targets while exact hard values are above 1 that steering put below."""
+    chosen, usual = _Judged.of(programme, best), list(programme.targets)
+    try:
+        for _ in range(ROUNDS):
+            if not 0 < chosen.excess < FAR - 1 or not chosen.descent.feasible or perf_counter() > until:
+                break
+            programme.tighten(chosen.descent.theta, chosen.exact)
+            again = _Judged.of(programme, descend(programme, chosen.descent.theta, until=until, seed=seed))
+            if not again.rank < chosen.rank:
+                break
+            chosen = again
+    finally:
+        programme.reset(usual)
     return chosen
 
 
-def _tuning(programme: Programme, chosen: Descent, ends: list[_End], begun: float, refuse: bool) -> Tuning:
+def _tuning(programme: Programme, chosen: _Judged, ends: list[_End], begun: float, refuse: bool) -> Tuning:
     """Every goal by its exact measure, the worst model each; refused where a hard one is not met."""
-    exact_begun, theta = perf_counter(), chosen.theta
-    exact, smooth = programme.exact_values(theta), programme.smooth_values(theta)
+    exact_begun, theta, exact = perf_counter(), chosen.descent.theta, chosen.exact
+    smooth = programme.smooth_values(theta)
     goals = []
     for goal in programme.goals:
         own = [k for k, task in enumerate(programme.tasks) if task.goal is goal]
-        worst = max(own, key=lambda k: exact[k].value if not math.isnan(exact[k].value) else math.inf)
+        worst = max(own, key=lambda k: exact[k].upper if not math.isnan(exact[k].upper) else math.inf)
         value = exact[worst]
         goals.append(TunedGoal(
             name=goal.name, hard=goal.hard, model=programme.tasks[worst].label, value=value.value, upper=value.upper,
@@ -255,7 +292,8 @@ def _tuning(programme: Programme, chosen: Descent, ends: list[_End], begun: floa
     tuned = structure.with_values(dict(zip(structure.names, theta.tolist(), strict=True)))
     result = Tuning(
         values=structure.values(theta), theta=theta, structure=tuned, goals=tuple(goals),
-        abscissa=max(_abscissa(loop, structure.controller(theta)) for loop in programme.loops), minimum=chosen.minimum,
+        abscissa=max(_abscissa(loop, structure.controller(theta)) for loop in programme.loops),
+        minimum=chosen.descent.minimum,
         starts=tuple(_report(programme, end) for end in ends), seconds=exact_begun - begun,
         exact_seconds=perf_counter() - exact_begun,
     )  # fmt: skip
@@ -277,11 +315,12 @@ def refuse_unmet(result: Tuning) -> None:
     unmet = [goal for goal in result.goals if goal.hard and not goal.met]
     if not unmet:
         return
-    worst = max(unmet, key=lambda goal: goal.value)
+    worst = max(unmet, key=lambda goal: goal.upper)
+    proved = f", proved to be at most {worst.upper:.5g}" if worst.upper > 1.0001 * worst.value else ""
     others = ", ".join(repr(goal.name) for goal in unmet if goal is not worst)
     reason = f" ({worst.reason.rstrip('.')})" if worst.reason else ""
     raise InfeasibleError(
-        f"hard goal {worst.name!r} must be below 1; the best value reached is {worst.value:.5g}{reason} "
+        f"hard goal {worst.name!r} must be at most 1; the best value reached is {worst.value:.5g}{proved}{reason} "
         f"({worst.where()}).{f' Also not met: {others}.' if others else ''} "
         "Relax it, make it soft, free a parameter or try more starts."
     )

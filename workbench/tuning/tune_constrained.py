@@ -2,10 +2,10 @@
 
     theta stable --feasible--> g < 1 --alternate--> f smallest with g < 1
 
-f is the largest soft goal, g the largest hard one. First the exact penalty f/f0 + ρ max(0, g − 1), again a maximum of
-pieces, brings f near its constrained minimum wherever g has room. Then max(α f, g): at the α where its minimum is 1 the
-minimiser solves the constrained problem. With α = 1/f at a feasible point the minimum is at most 1 and its minimiser
-feasible; log of the minimum rises with log α, so a secant finds the rest.
+f is the largest soft goal, g the largest hard one over its target, just below 1. First the exact penalty f/f0 + ρ
+max(0, g − 1), again a maximum of pieces, brings f near its constrained minimum wherever g has room. Then max(α f, g):
+at the α where its minimum is 1 the minimiser solves the constrained problem. With α = 1/f at a feasible point the
+minimum is at most 1 and its minimiser feasible; log of the minimum rises with log α, so a secant finds the rest.
 
 Source: Apkarian, Gahinet & Buhr, Multi-model, multi-objective tuning of fixed-structure controllers, ECC 2014.
 """
@@ -21,13 +21,13 @@ from workbench.tuning.nonsmooth import Minimum, minimise
 from workbench.tuning.stabilise import parameter_scale
 from workbench.tuning.tune_programme import Programme
 
-ALPHAS = 6  # values of α tried; two or three after the penalty's minimum
+ALPHAS = 12  # values of α tried; three to six after the penalty's minimum
+ENOUGH = 2e-3  # of the soft value: a penalty's minimum that gains less ends that phase
 PENALTY, HARDER = 10.0, 5.0  # ρ, and its factor where hard goals give way
 PENALTIES = 4  # minimisations with the penalty
-CLOSE = 2e-3  # of log(minimum): the soft value is then within about as much of the best
+CLOSE = 1e-6  # of log(minimum): the binding hard goal is then as far from its limit, the soft value about as near
 GIVEN_WAY = 0.01  # relative excess of g at which a point is pulled in rather than the penalty raised
 PULLS = 5  # points tried between a feasible point and one that is slightly not
-INSIDE = 0.999  # what g is asked to stay below, so that the exact measure can differ a little
 COARSE, FINE = 1e-4, 1e-7  # tolerance of the solver while α moves, and at the end
 
 
@@ -40,22 +40,23 @@ class Descent:
     hard: float
     minimum: Minimum | None
 
-    def feasible(self, target: float = 1.0) -> bool:
-        """Whether every hard goal is met."""
-        return self.hard < target
+    @property
+    def feasible(self) -> bool:
+        """Whether every hard goal is below its target."""
+        return self.hard < 1
 
 
 def descend(
-    programme: Programme, theta: np.ndarray, *, until: float, seed: int = 0, target: float = INSIDE,
+    programme: Programme, theta: np.ndarray, *, until: float, seed: int = 0,
     on_step: Callable[[str, np.ndarray, float, float], bool | None] | None = None,
 ) -> Descent:  # fmt: skip
-    """From stable parameters to the smallest soft value found under g < target."""
-    return _Descent(programme, until, seed, target, on_step).run(theta)
+    """From stable parameters to the smallest soft value found under g < 1."""
+    return _Descent(programme, until, seed, on_step).run(theta)
 
 
 class _Descent:
-    def __init__(self, programme: Programme, until: float, seed: int, target: float, on_step) -> None:
-        self._programme, self._until, self._seed, self._target = programme, until, seed, target
+    def __init__(self, programme: Programme, until: float, seed: int, on_step) -> None:
+        self._programme, self._until, self._seed = programme, until, seed
         self._on_step, self.ended = on_step, False
         self._scale = parameter_scale(programme.structure)
 
@@ -66,11 +67,11 @@ class _Descent:
         if len(theta) == 0:
             return self._descent(theta, None)
         best, last = theta, None
-        if here.hard and here.largest_hard >= self._target:
-            last = self._minimise(0.0, best, "hard goals", FINE, stop_below=self._target * INSIDE)
+        if here.hard and here.largest_hard >= 1:
+            last = self._minimise(0.0, best, "hard goals", FINE, stop_below=1.0)
             best = last.x
         here = self._at(best)
-        if here is None or (here.hard and here.largest_hard >= self._target) or not here.soft:
+        if here is None or (here.hard and here.largest_hard >= 1) or not here.soft:
             return self._descent(best, last)
         if not here.hard:
             last = self._minimise(1.0, best, "soft goals", FINE, hard=False)
@@ -87,7 +88,7 @@ class _Descent:
         return Descent(theta, here.largest_soft, here.largest_hard, last)
 
     def _penalised(self, theta: np.ndarray) -> Descent:
-        """The best feasible point that minimising f/f0 + ρ max(0, g/target − 1) comes by."""
+        """The best feasible point that minimising f/f0 + ρ max(0, g − 1) comes by."""
         best, rho = self._descent(theta, None), PENALTY
         for _ in range(PENALTIES):
             if self.ended or perf_counter() > self._until or not best.soft > 0:
@@ -95,9 +96,9 @@ class _Descent:
             found = self._minimise(1 / best.soft, best.theta, "soft under hard goals", COARSE, rho=rho)
             end = self._descent(found.x, found)
             before = best.soft
-            if end.hard < self._target * (1 + GIVEN_WAY):
-                best = end if end.hard < self._target and end.soft < best.soft else self._pulled_in(best, end)
-                if best.soft > before * (1 - CLOSE):
+            if end.hard < 1 + GIVEN_WAY:
+                best = end if end.hard < 1 and end.soft < best.soft else self._pulled_in(best, end)
+                if best.soft > before * (1 - ENOUGH):
                     break
             else:
                 rho *= HARDER
@@ -109,7 +110,7 @@ class _Descent:
         for _ in range(PULLS):
             share = 1 - (1 - share) * 3 if share < 1 else 1 - 1e-3
             end = self._descent(inside.theta + share * (outside.theta - inside.theta), outside.minimum)
-            if end.hard < self._target and end.soft < inside.soft:
+            if end.hard < 1 and end.soft < inside.soft:
                 return end
         return inside
 
@@ -125,12 +126,12 @@ class _Descent:
                 break
             found = self._minimise(alpha, best.theta, "soft under hard goals", tolerance)
             end = self._descent(found.x, found)
-            if end.hard < self._target and end.soft <= best.soft:
+            if end.hard < 1 and end.soft <= best.soft:
                 best = end
             level, at = math.log(max(found.value, 1e-300)), math.log(alpha)
             tried.append((at, level))
             low, high = (max(low, at), high) if level < 0 else (low, min(high, at))
-            idle = end.hard / self._target < 0.99 * found.value  # hard goals do not bind: nothing to trade
+            idle = end.hard < 0.99 * found.value  # hard goals do not bind: nothing to trade
             if idle or -CLOSE < level <= 0 or high - low < CLOSE / 2:
                 if tolerance == FINE:
                     break
@@ -157,7 +158,7 @@ class _Descent:
         self, alpha: float, theta: np.ndarray, words: str, tolerance: float, *, stop_below=-math.inf,
         hard: bool = True, rho: float = 0.0,
     ) -> Minimum:  # fmt: skip
-        programme, target = self._programme, self._target
+        programme = self._programme
 
         def goals(x: np.ndarray):
             here = programme.at(x)
@@ -165,9 +166,9 @@ class _Descent:
                 return []
             soft = [(alpha * value, alpha * gradient) for value, gradient in here.soft] if alpha else []
             if rho:
-                over = [(rho * (v / target - 1), rho * g / target) for v, g in here.hard] + [(0.0, 0.0)]
+                over = [(rho * (v - 1), rho * g) for v, g in here.hard] + [(0.0, 0.0)]
                 return [(f + v, df + dv) for f, df in soft for v, dv in over]
-            return soft + ([(v / target, g / target) for v, g in here.hard] if hard else [])
+            return soft + (here.hard if hard else [])
 
         size = max((value for value, _ in goals(theta)), default=1.0)
         size = size if size > 0 else 1.0
@@ -185,6 +186,6 @@ class _Descent:
 
         return minimise(
             pieces, theta, bounds=programme.structure.bounds, scale=self._scale, tolerance=tolerance, seed=self._seed,
-            stop_below=stop_below / target, polish=tolerance == FINE, on_step=told, evaluations=4000,
+            stop_below=stop_below, polish=tolerance == FINE, on_step=told, evaluations=4000,
             budget_seconds=max(self._until - perf_counter(), 1e-3),
         )  # fmt: skip

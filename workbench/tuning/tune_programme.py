@@ -23,6 +23,7 @@ from workbench.tuning.stabilise import Abscissa
 from workbench.tuning.structure import Controller
 
 LEAST_DECAY = 1e-7  # usual least decay over the fastest pole: a billion times what rounding makes of a pole at zero
+HELD = 1 - 5e-7  # what a hard goal is asked to stay below: its exact measure differs by rounding, 1e-9 and less
 NEAR_EDGE = 1e2  # least decays from the axis within which slow poles are pieces
 
 Pieces = list[tuple[float, np.ndarray]]
@@ -45,7 +46,7 @@ class Task(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Smooth:
-    """All goals at one theta: pieces (value, gradient (n,)) of the soft and of the hard ones.
+    """All goals at one theta: pieces (value, gradient (n,)) of the soft and of the hard ones, these over their targets.
 
     `decay` holds least decay / decay of the slowest poles: 1 where the least is reached, those below 0.01 left out.
     """
@@ -90,6 +91,7 @@ class Programme:
                     f"goal {goal.name!r} must hold for a model that is given; there are {names}. Mend its models."
                 )
         self.min_decay = self._usual_decay() if min_decay is None else min_decay
+        self.targets = [HELD] * len(self.tasks)  # what each hard goal's steering value is asked to stay below
         self._last: tuple[bytes, Smooth | None] | None = None
         self.evaluations = 0
 
@@ -121,13 +123,25 @@ class Programme:
             for value, gradient in self.abscissa(theta):
                 if 0 < -value < NEAR_EDGE * self.min_decay:
                     found.decay.append((-self.min_decay / value, self.min_decay / value**2 * gradient))
-        for task in self.tasks:
+        for task, target in zip(self.tasks, self.targets, strict=True):
             value = _undefined_is_infinite(task.bound.evaluate, K)
             if not math.isfinite(value.value):
                 return None
-            pieces = found.hard if task.goal.hard else found.soft
-            pieces += [(number, self.structure.pullback(theta, G)) for number, G in value.gradients]
+            pieces, share = (found.hard, 1 / target) if task.goal.hard else (found.soft, 1.0)
+            pieces += [(share * v, share * self.structure.pullback(theta, G)) for v, G in value.gradients]
         return found
+
+    def tighten(self, theta: np.ndarray, exact: Sequence[Value]) -> None:
+        """Lower the targets of the hard goals whose exact value is above 1 where the steering one is not."""
+        targets = list(self.targets)
+        for k, (task, steered, judged) in enumerate(zip(self.tasks, self.smooth_values(theta), exact, strict=True)):
+            if task.goal.hard and judged.upper > 1:
+                targets[k] = min(targets[k], HELD * steered.value / judged.upper)
+        self.reset(targets)
+
+    def reset(self, targets: list[float]) -> None:
+        """Other targets."""
+        self.targets, self._last = targets, None
 
     def smooth_values(self, theta: np.ndarray) -> list[Value]:
         """The steering value of each task; infinite, with the reason, where there is none."""

@@ -15,9 +15,10 @@ from workbench.tuning.structure import Controller
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
 class TunedGoal(Result):
-    """One goal on the model where it is largest; below 1 it is met.
+    """One goal on the model where it is largest; up to 1 it is met.
 
-    `smooth` steered the optimiser, `value` is the exact measure by `method` and the one that counts.
+    `smooth` steered the optimiser, `value` is the exact measure by `method`; where that is a bracket, its upper end
+    counts.
     """
 
     name: str
@@ -34,8 +35,8 @@ class TunedGoal(Result):
 
     @property
     def met(self) -> bool:
-        """Whether the exact value is below 1."""
-        return self.value < 1
+        """Whether the exact value is at most 1, all of its bracket if it is one."""
+        return self.upper <= 1
 
     def where(self) -> str:
         """Model, frequency or time, and channel in words."""

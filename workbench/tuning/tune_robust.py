@@ -133,11 +133,11 @@ def tune_robust(
         if not fresh or perf_counter() - begun > budget_seconds or k == rounds - 1:
             break
         visited += fresh
-    if any(goal.hard and value >= 1 for goal, _, value in found):
+    if any(goal.hard and value > 1 for goal, _, value in found):
         goal, point, value = max((f for f in found if f[0].hard), key=lambda f: f[2])
         shown = ", ".join(f"{name} {v:.4g}" for name, v in zip(names, point, strict=True))
         raise InfeasibleError(
-            f"hard goal {goal.name!r} must be below 1 in the whole box; {value:.5g} was found at {shown} after "
+            f"hard goal {goal.name!r} must be at most 1 in the whole box; {value:.5g} was found at {shown} after "
             f"{k + 1} rounds. Shrink the box, relax the goal, or allow more rounds or time."
         )
     return RobustTuning(
