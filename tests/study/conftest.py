@@ -7,10 +7,11 @@ import pytest
 HEAD = """
 [study]
 problem = "heave"
-sampling = "latin_hypercube"
-count = {count}
 seed = 5
 output = "csv"
+"""
+DRAWN = """sampling = "latin_hypercube"
+count = {count}
 """
 BODY = """
 [[parameter]]
@@ -29,7 +30,8 @@ def study_file(tmp_path):
 
     def write(count: int = 40, more: str = "", tables: str = BODY) -> Path:
         path = tmp_path / "one.toml"
-        path.write_text(HEAD.format(count=count) + more + tables, encoding="utf-8")
+        drawn = "" if "pareto" in more else DRAWN.format(count=count)
+        path.write_text(HEAD + drawn + more + tables, encoding="utf-8")
         return path
 
     return write

@@ -21,15 +21,27 @@ def study(
     ] = None,
     scheduler: Annotated[str | None, typer.Option(help="Address of a Dask scheduler to use instead.")] = None,
     fresh: Annotated[bool, typer.Option("--fresh", help="Throw away what the folder holds and begin anew.")] = False,
+    trust: Annotated[
+        bool,
+        typer.Option(
+            "--trust", help="Run the problem.py of a folder that the study names; it may do whatever you may."
+        ),
+    ] = False,
     json: Json = False,
 ) -> None:
-    """Runs or resumes a parameter study: table, summary, report."""
+    """Runs or resumes a parameter study: table, summary, report.
+
+    A study may name any folder as its problem; if that holds a problem.py, a program, it is run with --trust only.
+    """
     from workbench.commands.output import emit_json, emit_table, progress
+    from workbench.errors import InputError
     from workbench.export.report_study import write_study_report
     from workbench.export.study_file import read_study
     from workbench.result import figure
     from workbench.study.run import run_study
 
+    if workers is not None and scheduler is not None:
+        raise InputError("--workers are of this machine, --scheduler has workers of its own; give one of them.")
     asked = read_study(file)
     folder = out or Path("results") / file.stem
     finished = [0]
@@ -43,8 +55,9 @@ def study(
                 finished[0] = done
 
             result = run_study(
-                asked, folder, workers=workers or os.cpu_count() or 1, scheduler=scheduler, fresh=fresh, on_rows=on_rows
-            )
+                asked, folder, workers=workers or os.cpu_count() or 1, scheduler=scheduler, fresh=fresh, trust=trust,
+                on_rows=on_rows,
+            )  # fmt: skip
     except KeyboardInterrupt:
         typer.echo(
             f"interrupted with {finished[0]} of {asked.rows_planned} rows finished and kept; "

@@ -11,7 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 from workbench.design.requirement import QUANTITIES
 from workbench.errors import InputError, unknown_name
 from workbench.export.block import Finite, Positive
-from workbench.export.problem import read_gains, shipped_problems
+from workbench.export.problem import read_gains, read_schedule, shipped_problems
 from workbench.export.reading import read_mapping
 from workbench.study.definition import MOST_PARAMETERS, MOST_ROWS, Limit, Parameter, Study, Sweep
 
@@ -36,6 +36,18 @@ class StudyBlock(_Table):
     starts: Annotated[int, Field(strict=True, ge=0, le=1000)] = 4
     output: Literal["parquet", "csv"] = "parquet"
     confidence: Annotated[float, Field(strict=True, gt=0, lt=1)] = 0.95
+
+    @model_validator(mode="after")
+    def used(self) -> "StudyBlock":
+        """No key that nothing would be done with."""
+        given = self.model_fields_set
+        if "starts" in given and self.task == "analyse":
+            raise ValueError("starts belong to designs; an analysis has none. Leave the key out")
+        if "gains" in given and self.task == "design" and self.starts:
+            raise ValueError("a design with random starts does not begin at given gains; set starts = 0, or drop gains")
+        if self.task == "pareto" and given & {"sampling", "count"}:
+            raise ValueError("a pareto study follows its sweeps; sampling and count are not for it. Leave them out")
+        return self
 
 
 class ParameterBlock(_Table):
@@ -140,13 +152,16 @@ def read_study(path: Path) -> Study:
     except RecursionError as error:
         raise InputError(f"{path} must not be nested deeply; keep to the tables of a study.") from error
     s = file.study
-    gains = None if s.gains is None else read_gains(_beside(path, s.gains)).as_dict()
+    table = None if s.gains is None else _beside(path, s.gains)
+    gains = None if table is None else read_gains(table).as_dict()
+    schedule = None if table is None else read_schedule(table)
     problem = s.problem if s.problem in shipped_problems() else str(_beside(path, s.problem))
     if not Path(problem).exists():
         problem = s.problem  # whoever loads it refuses it by the name that was given
     try:
         return Study(
             problem=problem, task=s.task, sampling=s.sampling, count=s.count, seed=s.seed, gains=gains,
+            schedule=schedule,
             parameters=tuple(p.parameter() for p in file.parameter), quantities=s.quantities,
             limits=tuple(x.limit() for x in file.limit), sweeps=tuple(x.sweep() for x in file.pareto),
             starts=s.starts, output=s.output, confidence=s.confidence,

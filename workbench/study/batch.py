@@ -25,6 +25,7 @@ from workbench.study.closing import Closed, Closing, acting, unfiltered
 from workbench.study.modal import Excited, Fractions
 from workbench.study.plants import SENSED, Key, Reading, output_keys, read
 
+DELAY = "delay_margin"  # smallest over the current commands, as the requirement's
 MOST_GROWTH = 1e3  # of the terms over a mean square: its square times 1e-16 leaves ten digits
 Squares = dict[tuple[str, Key], np.ndarray]  # by irregularity type and output
 
@@ -91,6 +92,9 @@ class Batch:
             name = f"peak_sensitivity.{group.name}"
             if name in self.wanted:
                 out[name] = c.peak()
+            if DELAY in self.wanted:
+                margin, certain = c.delay()
+                out[DELAY], good = np.minimum(out.get(DELAY, np.inf), margin), good & certain
             for at, value, growth in group.mean_squares(c):
                 squares[at] = squares[at] + value if at in squares else value
                 good &= growth < MOST_GROWTH
@@ -163,7 +167,7 @@ def quantity_names(setting: Setting) -> tuple[str, ...]:
     lateral = any("Y" in s.coordinates for s in setting.subjects)
     errors = SENSED[:2] if lateral else SENSED[:1]
     return (
-        "stable", "damping", "decay", "cost", "sum_alpha_squared", "control_power_w.resistive",
+        "stable", "damping", "decay", DELAY, "cost", "sum_alpha_squared", "control_power_w.resistive",
         *(f"peak_sensitivity.{_public(s)}" for s in setting.subjects),
         *(f"rms.{q}.{p}" for q, p in places),
         *(f"by_type.{t}.{q}.{p}" for t in setting.types for q, p in places),

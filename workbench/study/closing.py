@@ -13,6 +13,7 @@ from workbench.control.gains import GAIN_NAMES
 from workbench.control.law import VERTICAL_CHANNELS
 from workbench.loop import Subject
 from workbench.lti.algebraic import closing
+from workbench.study.delays import delays
 from workbench.study.modal import Loops, loops, peaks
 from workbench.study.plants import Reading
 
@@ -62,6 +63,11 @@ class Closed:
         """Peak sensitivity at the current commands (b,)."""
         left, right = self.modes.residues(self.B_command, self.U)
         return peaks(self.modes.poles, left, right, self.E)
+
+    def delay(self) -> tuple[np.ndarray, np.ndarray]:
+        """Smallest delay margin of one current command, the others closed (b,) [s]; and where it is sound (b,)."""
+        left, right = self.modes.residues(self.B_command, self.U)
+        return delays(self.modes.poles, left, right, self.E)
 
     def static(self) -> np.ndarray:
         """Gap and lateral gap of every set at rest per bias of every accelerometer, (b, 2 sets, 2 sets)."""

@@ -11,6 +11,8 @@ import math
 from dataclasses import asdict, dataclass, field
 
 from workbench.control.gains import GAIN_NAMES
+from workbench.control.schedule import Schedule
+from workbench.design.requirement import CLOSE_ENOUGH
 from workbench.errors import InputError, unknown_name
 from workbench.result import Result, Row, figure
 
@@ -91,8 +93,11 @@ class Limit:
     value: float
 
     def kept(self, value: float | None) -> bool:
-        """Whether a value keeps it; None does not."""
-        return value is not None and (value <= self.value if self.sense == "<=" else value >= self.value)
+        """Whether a value keeps it, or stands at it to nine digits, as a design's may; None does not."""
+        if value is None:
+            return False
+        room = CLOSE_ENOUGH * abs(self.value)
+        return value <= self.value + room if self.sense == "<=" else value >= self.value - room
 
     def __str__(self) -> str:
         return f"{self.quantity} {self.sense} {self.value:g}"
@@ -117,7 +122,8 @@ class Study(Result):
     """A study as its file describes it.
 
     problem : name or folder;  task : one of `TASKS`;  count, seed : of the sampling;  starts : of each design, 0 to
-    refine the given gains;  gains : name to value, where they are not the problem's approved ones
+    refine the given gains;  gains : name to value, where they are not the problem's approved ones;  schedule : theirs
+    over speed, where they have one
     quantities : recorded, as dotted paths in the JSON of `analyse`; the task's usual ones if empty
     limits : the problem's requirements if empty;  sweeps : of task "pareto";  confidence : of every interval
     """
@@ -132,6 +138,7 @@ class Study(Result):
     limits: tuple[Limit, ...] = ()
     sweeps: tuple[Sweep, ...] = ()
     gains: dict[str, float] | None = None
+    schedule: Schedule | None = None
     starts: int = 4
     output: str = "parquet"
     confidence: float = 0.95
@@ -183,10 +190,19 @@ class Study(Result):
                 raise InputError(
                     f"parameter {p.name!r} of a grid must give values, or a range with levels of 2 or more."
                 )
+            if self.sampling != "grid" and p.levels:
+                raise InputError(
+                    f"levels must stand in a grid alone; {p.name!r} of a {self.sampling} gives {p.levels}."
+                )
             if self.task == "design" and p.kind == "sensor":
                 raise InputError(
                     f"a design cannot vary {p.name!r}, which scales the gains it chooses; analyse instead."
                 )
+        if not drawn and self.count:
+            raise InputError(
+                f"the rows of a {self.sampling} must follow from its parameters; got count = {self.count}. "
+                "Leave it out, or draw a sample."
+            )
         if self.sampling == "list" and len({len(p.values) for p in self.parameters}) > 1:
             counts = ", ".join(f"{p.name} {len(p.values)}" for p in self.parameters)
             raise InputError(f"every parameter of a list must have as many values as the others; got {counts}.")
@@ -213,8 +229,8 @@ class Study(Result):
     def definition(self) -> dict:
         """What the rows depend on, in JSON's types; the form of the output is not part of it."""
         document = asdict(self)
-        for name in ("output", "confidence", "limits", "_names"):
-            del document[name]
+        for name in ("output", "confidence", "limits", "gains", "schedule", "problem", "_names"):
+            del document[name]  # of the output's form, or in the identity by content
         return document
 
     def rows(self) -> list[Row]:

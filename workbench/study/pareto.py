@@ -11,13 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from workbench.analysis.analysis import analyse
 from workbench.control import Gains
 from workbench.control.gains import GAIN_NAMES
 from workbench.design.problem import Problem
 from workbench.design.requirement import QUANTITIES
 from workbench.design.tradeoff import trade_off
-from workbench.errors import InfeasibleError, unknown_name
+from workbench.errors import BudgetEnded, InfeasibleError, unknown_name
 from workbench.study.definition import Study
 from workbench.study.quantity import document_of, value_at
 from workbench.study.store import Piece
@@ -67,11 +66,13 @@ def _designed(study: Study, problem: Problem, requirement: str, limit: float, st
         found = trade_off(
             problem, requirement, [limit], start=start, starts=max(study.starts, 1), seed=study.seed
         ).gains[0]  # fmt: skip
+    except BudgetEnded:  # of the whole study, not of this row
+        raise
     except InfeasibleError as error:
         return [*(None for _ in quantities), " ".join(str(error).split())]
     if found is None:
         return [*(None for _ in quantities), "no design found from the one before"]
-    document = document_of(analyse(problem.setting, found, problem.name))
+    document = document_of(problem, found, quantities)
     return [*(value_at(document, q) for q in quantities), ""]
 
 

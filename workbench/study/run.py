@@ -16,12 +16,16 @@ from typing import Any
 
 import numpy as np
 
+from workbench.control import Gains
 from workbench.errors import InputError, unknown_name
 from workbench.result import Result, Row, plain
-from workbench.study.definition import Limit, Study, sha256
-from workbench.study.executor import cluster, local, serial
+from workbench.study.cluster import cluster
+from workbench.study.definition import Limit, Study
+from workbench.study.executor import local, serial
+from workbench.study.folder import hashes, workbench_sha256
+from workbench.study.given import Given
 from workbench.study.pareto import nondominated, objectives, plan, swept
-from workbench.study.quantity import document_of, limits_of, needs_margins, usual, value_at
+from workbench.study.quantity import document_of, limits_of, required, usual, value_at
 from workbench.study.sampling import sample
 from workbench.study.sensitivity import Index, indices
 from workbench.study.source import Source
@@ -35,6 +39,9 @@ from workbench.writing import write_text
 PIECE = {"batch": 512, "analyse": 8, "design": 1}  # rows kept at a time: a sixth of a second, and one design
 WORTH_IT = 20_000  # rows of batches below which other processes cost more than they bring
 PACKAGES = ("maglev-workbench", "casadi", "numpy", "scipy")
+# Bytes that one value of one row takes at the end, with the copies that table and indices are made from: measured 130.
+PER_VALUE = 160
+MOST_BYTES = 4_000_000_000
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -96,6 +103,7 @@ def run_study(
     workers: int = 1,
     scheduler: str | None = None,
     fresh: bool = False,
+    trust: bool = False,
     size: int | None = None,
     on_rows: Callable[[int, int], None] | None = None,
 ) -> StudyResult:
@@ -106,23 +114,24 @@ def run_study(
     workers : processes of this machine; 1 computes in this one. More need the usual `if __name__ == "__main__"`.
     scheduler : address of a Dask scheduler to use instead
     fresh : throw away what the folder holds of another study, or of this one
+    trust : run the problem.py of a folder that does not ship with the workbench
     size : rows kept at a time; the rows do not depend on it, nor on who computes them
     on_rows : called with (rows finished, rows in all) at the start and after every piece
 
     Raises
     ------
     InputError
-        If the study does not fit its problem, the folder holds another study, or no scheduler answers.
+        If the study does not fit its problem, the folder holds another study or damaged rows, or the cluster fails.
 
     An interrupt, or a kill, loses what was under way and nothing else: the same call goes on from there.
     """
     with one_thread():  # small matrices, and sums that do not depend on the number of processors
-        return _run(study, folder, workers, scheduler, fresh, size, on_rows)
+        return _run(study, folder, workers, scheduler, fresh, trust, size, on_rows)
 
 
-def _run(study: Study, folder: Path, workers: int, scheduler, fresh: bool, size, on_rows) -> StudyResult:
+def _run(study: Study, folder: Path, workers: int, scheduler, fresh: bool, trust: bool, size, on_rows) -> StudyResult:
     begun = perf_counter()
-    source = Source.of(study.problem)
+    source = Source.of(study.problem, trust=trust)
     problem = source.problem()
     for p in study.parameters:
         if p.kind == "data":
@@ -131,18 +140,22 @@ def _run(study: Study, folder: Path, workers: int, scheduler, fresh: bool, size,
     if study.task == "pareto":
         quantities = (*quantities, *(q for q in usual(problem, "design") if q not in quantities))
         plan(study)
-    gains = dict(study.gains or source.approved or (problem.approved.as_dict() if problem.approved else {})) or None
+    if not study.limits:
+        quantities = (*quantities, *(q for q in required(problem) if q not in quantities))
+    _check_memory(study, quantities)
+    given = Given.of(study, source, problem)
+    gains = None if given.gains is None else dict(given.at(problem.setting.speed))
     if study.task == "analyse" and gains is None:
         raise InputError(f'problem {source.name!r} has no approved gains; name some in the study with gains = "FILE".')
-    _check_quantities(study, problem, gains, quantities)
+    _check_quantities(problem, gains, quantities)
     limits = _limits(study, problem, quantities)
     identity = {
-        "definition": {k: v for k, v in plain(study.definition()).items() if k not in ("problem", "gains")},
-        "problem": source.name, "data_sha256": source.sha256, "code_sha256": sha256(source.code),
-        "gains": gains, "quantities": list(quantities), "versions": {name: version(name) for name in PACKAGES},
+        "definition": plain(study.definition()), "problem": source.name, "data_sha256": source.sha256,
+        "problem_files": hashes(source.files), **given.identity(), "quantities": list(quantities),
+        "versions": {name: version(name) for name in PACKAGES}, "workbench_sha256": workbench_sha256(),
     }  # fmt: skip
     with opened(folder, identity, fresh=fresh) as store:
-        pieces = list(store.pieces())
+        pieces = list(store.pieces(len(quantities) + 1))
         total, created = study.rows_planned, datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
         finished = sum(len(p.values) for p in pieces)
         if on_rows:
@@ -175,7 +188,7 @@ def _run(study: Study, folder: Path, workers: int, scheduler, fresh: bool, size,
 def _work(study: Study, source: Source, quantities, samples, pieces: list[Piece], size, workers: int, scheduler):
     """The pieces that are missing, from whoever computes them."""
     held = [(p.first, p.first + len(p.values)) for p in pieces]
-    if sum(last - first for first, last in held) == len(samples):
+    if not missing(len(samples), held, 1, 1):
         return iter(())
     task = Task.of(study, source, quantities, samples)
     wanted = size or PIECE["batch" if task.batched else study.task]
@@ -211,30 +224,32 @@ def _summed_up(study: Study, folder: Path, samples, rows, quantities, limits, pr
     )  # fmt: skip
 
 
-def _check_quantities(study: Study, problem, gains, quantities) -> None:
+def _check_memory(study: Study, quantities) -> None:
+    """Refuses a table that would not fit, before hours of work."""
+    width = len(study.names) + len(quantities)
+    most = MOST_BYTES // (PER_VALUE * width)
+    if study.rows_planned > most:
+        raise InputError(
+            f"a study of {width} parameters and quantities must have at most {most} rows, {MOST_BYTES / 1e9:g} GB of "
+            f"memory; this one asks for {study.rows_planned}. Sample fewer, or record fewer quantities."
+        )
+
+
+def _check_quantities(problem, gains, quantities) -> None:
     """Refuses quantities and parameters that no row could have, by one analysis of the problem as it stands."""
     if gains is None:
         return
-    from workbench.analysis.analysis import analyse
-    from workbench.analysis.full import full_analysis
-    from workbench.control import Gains
-
-    chosen = Gains.from_mapping(gains)
-    if needs_margins(quantities):
-        whole = full_analysis(problem.setting, chosen, problem.name)
-        document = document_of(whole.analysis, whole.to_dict())
-    else:
-        document = document_of(analyse(problem.setting, chosen, problem.name))
+    document = document_of(problem, Gains.from_mapping(gains), quantities)
     for name in quantities:
         value_at(document, name)
 
 
 def _limits(study: Study, problem, quantities) -> tuple[Limit, ...]:
-    """The study's limits, or the problem's requirements on what is recorded."""
+    """The study's limits, or all of the problem's requirements."""
     for limit in study.limits:
         if limit.quantity not in quantities:
             raise InputError(
                 f"a limit needs a recorded quantity; {limit.quantity!r} is not one of {', '.join(quantities[:20])}. "
                 "Add it to quantities."
             )
-    return study.limits or limits_of(problem, quantities)
+    return study.limits or limits_of(problem)

@@ -1,54 +1,71 @@
-"""The problem behind a study, with some of its numbers changed: by texts alone, so that it travels to any worker.
+"""The problem behind a study, with some of its numbers changed: by its files alone, so that it travels to any worker.
 
-data.toml, problem.py, gains --texts--> Source --changes, speed--> design.Problem
+data.toml, problem.py and what lies beside it, gains --contents--> Source --changes, speed--> design.Problem
 """
 
+import shutil
 import tempfile
 import tomllib
+import weakref
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from difflib import get_close_matches
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 from workbench.control import Gains
+from workbench.control.schedule import Schedule
 from workbench.design.problem import Problem
 from workbench.errors import InputError
-from workbench.export.problem import ProblemData, builder, load_problem, parse_problem, read_gains, shipped_problems
+from workbench.export.problem import (
+    ProblemData,
+    builder,
+    load_problem,
+    parse_problem,
+    read_gains,
+    read_schedule,
+    shipped_problems,
+)
 from workbench.export.reading import read_text
+from workbench.study.folder import check_trusted, own_files
 
 
 @dataclass(frozen=True)
 class Source:
-    """A problem's folder as texts.
+    """A problem's folder by its contents.
 
-    name : of the problem;  data, code : of data.toml and problem.py;  sha256 : of data.toml
-    approved : name to value of the gains last approved, or None;  folder : where the texts were read
+    name : of the problem;  data, sha256 : of data.toml;  files : problem.py and all beside it, by relative path
+    approved : name to value of the gains last approved, or None;  schedule : over speed, where they are scheduled
+    folder : where all this was read
     """
 
     name: str
     data: str
-    code: str | None
+    files: Mapping[str, bytes]
     sha256: str
     approved: Mapping[str, float] | None
+    schedule: Schedule | None
     folder: str
     _made: dict[Any, Problem] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @classmethod
-    def of(cls, name: str) -> "Source":
-        """The texts of a shipped problem or of a folder."""
-        problem = load_problem(name)  # refuses what cannot be used, in its own words
+    def of(cls, name: str, *, trust: bool = False) -> "Source":
+        """The contents of a shipped problem or of a folder; a problem.py that does not ship is run only if trusted."""
         folder = shipped_problems().get(name, Path(name))
-        code, approved = folder / "problem.py", folder / "approved.json"
+        if not trust:
+            check_trusted(folder)
+        problem = load_problem(name)  # refuses what cannot be used, in its own words
+        approved = folder / "approved.json"
+        there = approved.is_file()
         return cls(
-            name=problem.name, data=read_text(folder / "data.toml"),
-            code=read_text(code) if code.is_file() else None, sha256=problem.data_sha256,
-            approved=read_gains(approved).as_dict() if approved.is_file() else None, folder=str(folder.resolve()),
+            name=problem.name, data=read_text(folder / "data.toml"), files=own_files(folder),
+            sha256=problem.data_sha256, approved=read_gains(approved).as_dict() if there else None,
+            schedule=read_schedule(approved) if there else None, folder=str(folder.resolve()),
         )  # fmt: skip
 
     def __getstate__(self) -> dict[str, Any]:
-        return {key: getattr(self, key) for key in ("name", "data", "code", "sha256", "approved", "folder")}
+        return {f.name: getattr(self, f.name) for f in fields(self) if f.init}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state, _made={})
@@ -59,16 +76,18 @@ class Source:
 
     @cached_property
     def _build(self):
-        """What problem.py makes of data: in its own folder where that is at hand, else in one made for it."""
-        own = Path(self.folder) / "problem.py"
-        if self.code is not None and own.is_file() and read_text(own) == self.code:
-            return builder(own.parent)
-        with tempfile.TemporaryDirectory(prefix="workbench-study-") as place:
-            folder = Path(place) / self.name
-            folder.mkdir()
-            if self.code is not None:
-                (folder / "problem.py").write_text(self.code, encoding="utf-8")
-            return builder(folder)
+        """What problem.py makes of data: in its own folder if that is as it was, else in one made of the contents."""
+        own = Path(self.folder)
+        if (own / "data.toml").is_file() and own_files(own) == self.files:
+            return builder(own)
+        place = tempfile.mkdtemp(prefix="workbench-study-")
+        weakref.finalize(self, shutil.rmtree, place, ignore_errors=True)  # problem.py may read as long as it builds
+        folder = Path(place) / self.name
+        folder.mkdir()
+        for name, content in self.files.items():
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
+            (folder / name).write_bytes(content)
+        return builder(folder)
 
     def numbers(self) -> dict[str, float]:
         """Dotted path to value of every number in the data."""

@@ -1,13 +1,14 @@
 """The folder of a study: what was asked, and what is finished, safe against being killed at any moment.
 
     study.json        what the rows depend on, and its hash; written once
-    rows/00000000.json  finished rows from that number on; written beside, synced, renamed, never touched again
+    rows/00000000.json  finished rows from that number on, signed; written beside, synced, renamed, never touched again
 
 A file is there whole or not at all. The lock is the system's own: it goes with the process that holds it.
 """
 
 import fcntl
 import json
+import math
 import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -89,27 +90,63 @@ class Store:
     def _files(self) -> list[Path]:
         return sorted((self.folder / ROWS).glob("[0-9]*.json"))
 
-    def pieces(self) -> Iterator[Piece]:
-        """What is finished, in the order of rows."""
+    def pieces(self, width: int) -> Iterator[Piece]:
+        """What is finished, in the order of rows; each row has so many entries, the last of them words."""
         for path in self._files():
             document = read_mapping(path)
             try:
-                if document["sha256"] != self.sha256:
-                    raise ValueError("it belongs to another study")
-                yield Piece(int(path.stem), list(document["rows"]), float(document["seconds"]))
-            except (KeyError, TypeError, ValueError) as error:
+                yield self._checked(document, int(path.stem), width)
+            except (KeyError, TypeError, ValueError, RecursionError) as error:
+                fault = f"it has no {error}" if isinstance(error, KeyError) else error
                 raise InputError(
-                    f"{path} must hold finished rows of this study; {error}. "
+                    f"{path} must hold finished rows of this study; {fault}. "
                     "Delete it: only its rows are computed again."
                 ) from error
 
+    def _checked(self, document: dict[str, Any], first: int, width: int) -> Piece:
+        """The rows of a file, every digit as it was written."""
+        if document["sha256"] != self.sha256:
+            raise ValueError("it belongs to another study")
+        if document["checksum"] != _checksum(document):
+            raise ValueError("its checksum does not fit its content")
+        if document["first"] != first:
+            raise ValueError(f"its rows begin at {document['first']}")
+        rows = [_decoded(row, width) for row in document["rows"]]
+        if not rows:
+            raise ValueError("it has none")
+        return Piece(first, rows, float(document["seconds"]))
+
     def add(self, piece: Piece) -> None:
         """Keeps finished rows."""
-        document = {"sha256": self.sha256, "seconds": piece.seconds, "rows": piece.values}
+        rows = [[_encoded(v) for v in row] for row in piece.values]
+        document = {"sha256": self.sha256, "first": piece.first, "seconds": piece.seconds, "rows": rows}
+        document["checksum"] = _checksum(document)
         self._write(self.folder / ROWS / f"{piece.first:08d}.json", document)
 
     def _write(self, path: Path, document: dict[str, Any]) -> None:
         write_text(path, json.dumps(document, allow_nan=False, ensure_ascii=False))
+
+
+INFINITE = {"Infinity": math.inf, "-Infinity": -math.inf}  # a margin that nothing limits; JSON has no number for it
+
+
+def _encoded(value: Any) -> Any:
+    return ("Infinity" if value > 0 else "-Infinity") if isinstance(value, float) and math.isinf(value) else value
+
+
+def _decoded(row: Any, width: int) -> list[Any]:
+    """One row: numbers, yes or no, or nothing; then words."""
+    if not isinstance(row, list) or len(row) != width or not isinstance(row[-1], str):
+        raise ValueError(f"a row must have {width} entries, the last of them words")
+    values = [INFINITE.get(v, v) if isinstance(v, str) else v for v in row[:-1]]
+    if not all(v is None or isinstance(v, bool | int | float) for v in values):
+        raise ValueError("a row holds something that is no number")
+    return [*values, row[-1]]
+
+
+def _checksum(document: dict[str, Any]) -> str:
+    """Of everything else in a file of rows."""
+    return sha256({key: value for key, value in document.items() if key != "checksum"})
 
 
 @contextmanager

@@ -13,17 +13,16 @@ from typing import Any
 
 import numpy as np
 
-from workbench.analysis.analysis import analyse
-from workbench.analysis.full import full_analysis
 from workbench.control import Gains
 from workbench.control.gains import GAIN_NAMES, LATERAL, TIME_CONSTANTS, VERTICAL
-from workbench.design.design import design, refine
 from workbench.design.problem import Problem
-from workbench.errors import InfeasibleError, InputError
+from workbench.errors import BudgetEnded, InfeasibleError, InputError
 from workbench.study.batch import Batch, quantity_names, suits
 from workbench.study.definition import VEHICLE_FACTORS, Study
+from workbench.study.designs import designed, with_factors
+from workbench.study.given import Given
 from workbench.study.plants import Family, fit
-from workbench.study.quantity import document_of, needs_margins, value_at
+from workbench.study.quantity import document_of, value_at
 from workbench.study.source import Source
 from workbench.threads import one_thread
 from workbench.vehicle import varied
@@ -39,14 +38,14 @@ Values = list[Value | str]  # quantities in order, then why there are none ("" i
 class Task:
     """What a study computes and from what.
 
-    samples : (rows, parameters);  gains : name to value at the middle of the study
+    samples : (rows, parameters);  given : the gains at the middle of the study
     family : plants as functions of the factors, where the study varies them in batches
     """
 
     study: Study
     source: Source
     quantities: tuple[str, ...]
-    gains: dict[str, float] | None
+    given: Given
     samples: np.ndarray
     batched: bool
     family: Family | None = None
@@ -56,13 +55,12 @@ class Task:
     def of(cls, study: Study, source: Source, quantities: Sequence[str], samples: np.ndarray) -> "Task":
         """The task of a study; decides, from the study alone, whether rows are computed in batches."""
         problem = source.problem()
-        gains = dict(study.gains or source.approved or {}) or (problem.approved and problem.approved.as_dict())
         kinds = {p.kind for p in study.parameters}
         batched = (
             study.task == "analyse" and "speed" not in kinds and not kinds >= {"factor", "data"}
             and suits(problem.setting) and set(quantities) <= set(quantity_names(problem.setting))
         )  # fmt: skip
-        task = cls(study, source, tuple(quantities), gains, samples, batched)
+        task = cls(study, source, tuple(quantities), Given.of(study, source, problem), samples, batched)
         if batched and "factor" in kinds:
             names = [VEHICLE_FACTORS[p.name] for p in study.parameters if p.kind == "factor"]
             task.family = _family(problem, quantities, names)
@@ -92,42 +90,39 @@ class Task:
         try:
             document = self._document(row)
             return [*(_number(value_at(document, q)) for q in self.quantities), ""]
+        except BudgetEnded:  # of the whole study, not of this row
+            raise
         except (InputError, InfeasibleError, np.linalg.LinAlgError) as error:
             return [*(None for _ in self.quantities), " ".join(str(error).split())]
 
     def _document(self, row: int) -> dict[str, Any]:
-        problem, gains = self.problem(row), self._gains(row)
+        problem = self.problem(row)
         if self.study.task == "design":
             fixed = {p.name: v for p, v in self._pairs(row) if p.kind == "gain"}
-            free = problem.with_fixed(fixed)
-            if self.study.starts:
-                found = design(free, starts=self.study.starts, seed=self.study.seed)
-            else:
-                found = refine(free, gains)
-            return document_of(found.analysis, found.to_dict())
-        if needs_margins(self.quantities):
-            whole = full_analysis(problem.setting, gains, problem.name)
-            return document_of(whole.analysis, whole.to_dict())
-        return document_of(analyse(problem.setting, gains, problem.name))
+            start = None if self.study.starts else self._gains(row, problem.setting.speed)
+            found = designed(problem.with_fixed(fixed), self.study, start, one_speed=self._speed(row) is not None)
+            return document_of(problem, found.design.gains, self.quantities, found.whole.to_dict())
+        return document_of(problem, self._gains(row, problem.setting.speed), self.quantities)
 
     def problem(self, row: int) -> Problem:
         """The problem of one row."""
-        speed = next((v for p, v in self._pairs(row) if p.kind == "speed"), None)
-        problem = self.source.problem({p.name: v for p, v in self._pairs(row) if p.kind == "data"}, speed)
-        factors = {VEHICLE_FACTORS[p.name]: v for p, v in self._pairs(row) if p.kind == "factor"}
-        return problem.with_vehicle(varied(problem.vehicle, **factors)) if factors else problem
+        problem = self.source.problem({p.name: v for p, v in self._pairs(row) if p.kind == "data"}, self._speed(row))
+        return with_factors(problem, {VEHICLE_FACTORS[p.name]: v for p, v in self._pairs(row) if p.kind == "factor"})
+
+    def _speed(self, row: int) -> float | None:
+        return next((v for p, v in self._pairs(row) if p.kind == "speed"), None)
 
     def _pairs(self, row: int):
         return zip(self.study.parameters, map(float, self.samples[row]), strict=True)
 
-    def _gains(self, row: int) -> Gains:
-        return Gains.from_mapping(dict(zip(GAIN_NAMES, self._gain_rows(range(row, row + 1))[0].tolist(), strict=True)))
+    def _gains(self, row: int, speed: float) -> Gains:
+        values = self._gain_rows(range(row, row + 1), speed)[0].tolist()
+        return Gains.from_mapping(dict(zip(GAIN_NAMES, values, strict=True)))
 
-    def _gain_rows(self, rows: range) -> np.ndarray:
-        """Gains (rows, 17): given or approved ones, the study's in their place, scaled with the sensors."""
-        if self.gains is None:
-            raise InputError('the problem has no approved gains to vary; give some with gains = "FILE".')
-        out = np.tile(np.array([self.gains[name] for name in GAIN_NAMES], float), (len(rows), 1))
+    def _gain_rows(self, rows: range, speed: float) -> np.ndarray:
+        """Gains (rows, 17) at a speed: given or approved ones, the study's in their place, scaled with the sensors."""
+        base = self.given.at(speed)
+        out = np.tile(np.array([base[name] for name in GAIN_NAMES], float), (len(rows), 1))
         values = self.samples[rows.start : rows.stop]
         for k, p in enumerate(self.study.parameters):
             if p.kind == "gain":
@@ -160,7 +155,7 @@ class Task:
         except InputError:
             yield from ((row, self._alone(row)) for row in own)
             return
-        gains = self._gain_rows(rows)[[row - rows.start for row in own]]
+        gains = self._gain_rows(rows, batch.setting.speed)[[row - rows.start for row in own]]
         usable = np.all(np.abs(gains) <= 1e6, axis=1) & np.all(gains[:, _TAUS] >= 0, axis=1)
         readings = None
         if self.family is not None:
@@ -202,7 +197,7 @@ def _family(problem: Problem, quantities: Sequence[str], names: Sequence[str]) -
 
 
 def _number(value: Value) -> Value:
-    """The same; None for NaN and infinity."""
+    """The same; None for NaN."""
     if value is None or isinstance(value, bool):
         return value
-    return float(value) if np.isfinite(value) else None
+    return None if np.isnan(value) else float(value)
