@@ -33,7 +33,7 @@ def problem(name):
 
 def rig(name, **changed) -> Rig:
     p = problem(name)
-    gap, gap_lateral = p.setting.clearance
+    gap, gap_lateral = getattr(p.vehicle.force_law, "gap", 0.3), getattr(p.vehicle.force_law, "gap_lateral", 0.3)
     point = operating_point(p.vehicle)
     return Rig(**{"point": point, "gains": p.approved, "gap": gap, "gap_lateral": gap_lateral, **changed})
 

@@ -44,7 +44,7 @@ class Analysis(Result):
     static_error : largest static gap change from accelerometer bias;  control_power_w : to_body, electrical, resistive
     sensor_noise_rms : rms gap, gap_lateral, current from sensor noise alone, worst coil set
     peak_gap_change : static error + 3σ of guideway and sensor noise, gap and gap_lateral, worst end [m]
-    clearance : nominal gap and gap_lateral [m]
+    clearance : gap, gap_lateral: least distance of any coil from floor and wall at rest [m]
     motor : what control asks of a motor; None without one
     cost : J = 10⁴ × six weighted mean squares in g²
     values are None where the loop is unstable or a gap filter is missing

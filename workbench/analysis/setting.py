@@ -38,7 +38,7 @@ class Setting:
     sensor_noise : one-sided densities of gap sensors [m/√Hz] and accelerometers [m/s²/√Hz], white and uncorrelated
     current_forces : derivatives of one coil set's lift [N], lateral force [N] and roll moment [N m] by α
     coil_resistance : of one control coil per turn squared [Ω];  main_current : ampere-turns of a main coil [A]
-    clearance : nominal gap and lateral gap [m]
+    clearance : least distance of any coil from floor and wall at rest [m]
     motor : a motor whose currents the law may command; None without one
     """
 

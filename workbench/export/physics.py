@@ -7,20 +7,22 @@
 [operating_point]  speed, load, wind, curve, a lost coil set; nominal flight where it is left out
 """
 
+from dataclasses import replace
 from typing import Annotated, Literal
 
+import numpy as np
 from pydantic import Field, model_validator
 
 from workbench.coils.conductor import Conductor
-from workbench.constants import GRAVITY
-from workbench.errors import InputError
+from workbench.errors import InfeasibleError, InputError
 from workbench.export.block import Block, Finite, Positive, Share, Switch
-from workbench.forces.energy import CoilSet
+from workbench.forces.energy import REPORT_COILS, CoilSet
 from workbench.forces.flight import Levitation
 from workbench.forces.law import ExtendedLaw, FirstOrderLaw, report_extended
 from workbench.forces.operating import ampere_turns
 from workbench.vehicle.conditions import Conditions, Curve, SideWind
 from workbench.vehicle.flight import Flight, FlyingCoils, flight
+from workbench.vehicle.operating import OperatingPoint
 
 Coefficients = tuple[Finite, Finite, Finite, Finite, Finite]
 
@@ -58,12 +60,21 @@ class FirstOrderBlock(Block):
     order: str = ""
     lift_to_drag: Positive
     main_current_a_turns: Positive
+    control_below_m: Positive = -REPORT_COILS.control_offset[2]
+
+    def coils(self) -> CoilSet:
+        """Coils to keep clear of the guideway: the report's, the control coil this far below."""
+        return replace(REPORT_COILS, control_offset=(0.0, 0.0, -self.control_below_m))
 
 
 class ExtendedBlock(Block):
     kind: Literal["extended"]
     corrected: Switch
     main_current_a_turns: Positive
+
+    def coils(self) -> CoilSet:
+        """The report's, as its coefficients are."""
+        return REPORT_COILS
 
 
 class CornerBlock(Block):
@@ -119,18 +130,35 @@ class OperatingPointBlock(Block):
             raise ValueError("lost_share needs lost_set, the number of the coil set that fails")
         return self
 
-    def conditions(self) -> Conditions:
-        """The same as the vehicle takes them; a weight becomes a mass."""
+    def conditions(self, mass: float, flown: float) -> Conditions:
+        """The same as the vehicle takes them.
+
+        mass : of the vehicle they are for [kg];  flown : weight at which its level flight was found [N]; where it is
+            not the point's own, what is between them is for pose or currents to carry
+        """
         wind = SideWind(force=self.side_force_n, above=self.side_force_above_cg_m, ahead=self.side_force_ahead_of_cg_m)
         curve = Curve(
             lateral=self.curve_lateral_m_s2, cant=self.curve_cant_rad, roll_rate=self.curve_roll_rate_rad_s,
             roll_acceleration=self.curve_roll_acceleration_rad_s2, lateral_jerk=self.curve_lateral_jerk_m_s3,
         )  # fmt: skip
+        loaded = self.weight_n is not None and self.weight_n != flown
         return Conditions(
-            mass=None if self.weight_n is None else self.weight_n / GRAVITY, cg_forward=self.cg_forward_m,
+            mass=mass * self.weight_n / flown if loaded else None, cg_forward=self.cg_forward_m,
             wind=wind if self.side_force_n else None, curve=None if curve == Curve(lateral=0.0) else curve,
             lost_set=self.lost_set, lost_share=self.lost_share, carried_by=self.carried_by,
         )  # fmt: skip
+
+
+def flown_weight(law: Block, vehicle: VehicleBlock, point: OperatingPointBlock | None) -> float:
+    """What level flight carries [N].
+
+    The operating point's weight where the gap or the current of the coils is found for it; the vehicle's own where the
+    law belongs to one gap and current, or control currents are to carry the difference.
+    """
+    settles = isinstance(law, CornerBlock) and not (law.physics == "report" and law.hold == "current")
+    if point is None or point.weight_n is None or not settles or point.carried_by == "currents":
+        return vehicle.weight_n
+    return point.weight_n
 
 
 def flying_coils(law: CornerBlock, vehicle: VehicleBlock) -> FlyingCoils:
@@ -156,7 +184,29 @@ def flying_coils(law: CornerBlock, vehicle: VehicleBlock) -> FlyingCoils:
 def level_flight(law: CornerBlock, vehicle: VehicleBlock, point: OperatingPointBlock | None) -> Flight:
     """Gap, current and force law at the operating point's speed and weight."""
     speed = point.speed_m_s if point and point.speed_m_s is not None else vehicle.speed_m_s
-    return flight(flying_coils(law, vehicle), speed, point.weight_n if point else None)
+    return flight(flying_coils(law, vehicle), speed, flown_weight(law, vehicle, point))
+
+
+def least_distance(
+    law: FirstOrderBlock | ExtendedBlock | CornerBlock,
+    vehicle: VehicleBlock,
+    flown: Flight | None,
+    point: OperatingPoint,
+) -> tuple[float, float]:
+    """Least distance of any coil from floor and wall where the vehicle rests [m].
+
+    Raises InfeasibleError where a coil touches, or where coefficients are asked farther out than the gap is wide.
+    """
+    gaps = (flown.gap, flown.gap_lateral) if flown else (vehicle.gap_m, vehicle.gap_lateral_m)
+    least = point.clearance(law.coils(), *gaps)
+    farthest = float(np.max(np.abs(point.deviation[:2]) / np.array(gaps)[:, None]))
+    if min(least) <= 0 or (flown is None and farthest >= 1):
+        raise InfeasibleError(
+            "the vehicle must rest clear of the guideway and less than a gap away from its nominal pose; at "
+            f"this point its nearest part is {least[0]:.4g} m from the floor and {least[1]:.4g} m from a wall, and a "
+            f"gap changes by {farthest:.3g} of itself. Mend the forces or the weight, or reduce the loads."
+        )
+    return least
 
 
 def printed_law(

@@ -22,7 +22,14 @@ from workbench.design.requirement import QUANTITIES, Requirement
 from workbench.design.scheduled import Plan
 from workbench.errors import InputError, unknown_name
 from workbench.export.digest import check_digest
-from workbench.export.physics import CornerBlock, OperatingPointBlock, level_flight, printed_law
+from workbench.export.physics import (
+    CornerBlock,
+    OperatingPointBlock,
+    flown_weight,
+    least_distance,
+    level_flight,
+    printed_law,
+)
 from workbench.export.reading import read_mapping, read_text
 from workbench.export.schema import ProblemFile
 from workbench.forces.motor import HybridMotor, VehicleCoil, Winding
@@ -30,6 +37,7 @@ from workbench.guideway.irregularity import TYPES
 from workbench.guideway.roughness import Roughness
 from workbench.guideway.spectrum import PowerLaw
 from workbench.vehicle import Extras, Vehicle, current_forces, varied
+from workbench.vehicle.carried import check_carried
 from workbench.vehicle.drive import MotorDrive
 from workbench.vehicle.flight import Flight
 from workbench.vehicle.operating import OperatingPoint, operating_point
@@ -155,12 +163,15 @@ class ProblemData:
         return level_flight(law, self.file.vehicle, self.file.operating_point) if isinstance(law, CornerBlock) else None
 
     def vehicle(self) -> Vehicle:
-        """The vehicle on the force law of the operating point's speed and weight; itself of nominal mass."""
+        """The vehicle in level flight: on the force law of the operating point's speed and weight, with its mass.
+
+        Raises InputError where the forces do not carry it.
+        """
         v, i, p = self.file.vehicle, self.file.inertia, self.file.physics
         flown = self.flight()
-        return Vehicle(
+        vehicle = Vehicle(
             positions=v.positions(), joined=v.joined(), drive=self.drive(), depth=v.coil_depth_m,
-            mass=v.weight_n / GRAVITY, roll_inertia=i.roll_kg_m2, pitch_inertia=i.pitch_kg_m2, yaw_inertia=i.yaw_kg_m2,
+            mass=self.weight / GRAVITY, roll_inertia=i.roll_kg_m2, pitch_inertia=i.pitch_kg_m2, yaw_inertia=i.yaw_kg_m2,
             speed=flown.speed if flown else v.speed_m_s,
             force_law=flown.law if flown else printed_law(self.file.force_law, v, self.file.operating_point),
             extras=Extras(
@@ -169,14 +180,25 @@ class ProblemData:
                 lift_damping=p.lift_damping_n_s_m, lateral_damping=p.lateral_damping_n_s_m, bank_reading=p.bank_reading,
             ),
         )  # fmt: skip
+        if self._balance == "moment":
+            check_carried(vehicle)
+        return vehicle
+
+    @property
+    def weight(self) -> float:
+        """What the vehicle weighs in level flight [N]."""
+        return flown_weight(self.file.force_law, self.file.vehicle, self.file.operating_point)
+
+    @property
+    def _balance(self) -> str:
+        return self.file.operating_point.balance if self.file.operating_point else "moment"
 
     def operating_point(self, vehicle: Vehicle | None = None) -> OperatingPoint:
         """The equilibrium of a vehicle (the data's own if left out) under the data's conditions."""
         block = self.file.operating_point
         vehicle = self.vehicle() if vehicle is None else vehicle
-        return operating_point(
-            vehicle, block.conditions() if block else None, balance=block.balance if block else "moment"
-        )
+        conditions = block.conditions(vehicle.mass, self.weight) if block else None
+        return operating_point(vehicle, conditions, balance=self._balance)
 
     def requirements(self) -> tuple[Requirement, ...]:
         """The limits in SI units, in the order of `QUANTITIES`."""
@@ -239,7 +261,7 @@ class ProblemData:
             coil_resistance=per_command
             * (coil.resistivity_ohm_m * coil.turn_length_m / (coil.conductor_area_cm2 * 1e-4)),
             main_current=flown.current if flown else d.force_law.main_current_a_turns,
-            clearance=(flown.gap, flown.gap_lateral) if flown else (d.vehicle.gap_m, d.vehicle.gap_lateral_m),
+            clearance=least_distance(d.force_law, d.vehicle, flown, point),
             motor=_motor_point(drive) if drive else None,
         )  # fmt: skip
 

@@ -8,11 +8,14 @@ Loads are (force down, pitch moment, force right, roll moment, yaw moment) about
 
 import math
 from dataclasses import dataclass
+from functools import cache
 
+import casadi as ca
 import numpy as np
 
 from workbench.constants import GRAVITY
 from workbench.errors import InputError, unknown_name
+from workbench.vehicle.equations import rotation
 from workbench.vehicle.parameters import Vehicle
 
 CARRIERS = ("pose", "currents")
@@ -71,27 +74,53 @@ class Curve:
         return self.lateral * math.cos(self.cant) - GRAVITY * math.sin(self.cant)
 
     def loads(self, vehicle: Vehicle) -> np.ndarray:
-        """(5,) inertial and gravity loads in the guideway's axes, level track taken off."""
-        m, A, B, C = vehicle.mass, vehicle.roll_inertia, vehicle.pitch_inertia, vehicle.yaw_inertia
-        turning = self.lateral / vehicle.speed  # rate of turn about the vertical [rad/s]
-        p, q, r = self.roll_rate, turning * math.sin(self.cant), turning * math.cos(self.cant)
-        down = m * (self.lateral * math.sin(self.cant) + GRAVITY * (math.cos(self.cant) - 1))
-        return np.array(
-            [
-                down,
-                -(A - C) * r * p,
-                -m * self.unbalanced,
-                -(C - B) * q * r - A * self.roll_acceleration,
-                -(B - A) * p * q - C * self.lateral_jerk / vehicle.speed,
-            ]
-        )
+        """(5,) inertial and gravity loads in the guideway's axes, level track taken off.
+
+        What a rigid body that moves with the guideway in its nominal pose lacks of equilibrium (d'Alembert).
+        """
+        body = [vehicle.mass, vehicle.roll_inertia, vehicle.pitch_inertia, vehicle.yaw_inertia, vehicle.depth]
+        return _inertial()([*body, vehicle.speed, *_path(self)]).full().ravel()
 
     def irregularity(self, vehicle: Vehicle) -> np.ndarray:
-        """(3, n) constant ζ, η [m], bank [rad] of the coil sets: twist of the transition, arc of the curve."""
+        """(3, n) constant ζ, η [m], bank [rad] of the coil sets: twist of the transition, arc of the curve.
+
+        The arc is horizontal: seen from canted axes it bends upwards as well as sideways.
+        """
         x, y = np.array(vehicle.positions, float).T
-        bank = self.roll_rate / vehicle.speed * x
-        arc = self.lateral / vehicle.speed**2 * x**2 / 2 + self.lateral_jerk / vehicle.speed**3 * x**3 / 6
-        return np.array([-y * bank, np.array(vehicle.sides) * arc, bank])
+        t = x / vehicle.speed
+        bank = self.roll_rate * t + self.roll_acceleration * t**2 / 2
+        arc = self.lateral * t**2 / 2 + self.lateral_jerk * t**3 / 6
+        across, up = math.cos(self.cant) * arc, math.sin(self.cant) * arc
+        return np.array([up - y * bank, np.array(vehicle.sides) * across, bank])
+
+
+def _path(curve: Curve) -> list[float]:
+    return [curve.lateral, curve.cant, curve.roll_rate, curve.roll_acceleration, curve.lateral_jerk]
+
+
+@cache
+def _inertial() -> ca.Function:
+    """(mass, A, B, C, depth, speed, the curve's five numbers) -> loads (5,), from the motion of the axes themselves.
+
+    position = way along the track + R ρ, R = yaw by the heading, then roll by the cant; ρ = centre of gravity above the
+    line the track turns about.  force = −m d²position/dt² + weight, moment = −R' d(R I ω)/dt.
+    """
+    given = ca.SX.sym("given", 11)
+    mass, A, B, C, depth, speed, lateral, cant, roll_rate, roll_acceleration, jerk = ca.vertsplit(given)
+    t = ca.SX.sym("t")
+    heading = (lateral * t + jerk * t**2 / 2) / speed
+    R = rotation(cant + roll_rate * t + roll_acceleration * t**2 / 2, 0, heading)
+    along = speed * ca.vertcat(ca.cos(heading), ca.sin(heading), 0)
+    turn = ca.mtimes(R.T, ca.reshape(ca.jacobian(ca.vec(R), t), 3, 3))
+    omega = ca.vertcat(turn[2, 1], turn[0, 2], turn[1, 0])
+    spin = ca.mtimes([R, ca.diag(ca.vertcat(A, B, C)), omega])
+    swing = ca.mtimes(R, ca.vertcat(0, 0, -depth))
+    acceleration = ca.jacobian(along + ca.jacobian(swing, t), t)
+    weight = ca.vertcat(0, 0, mass * GRAVITY)
+    force = ca.mtimes(R.T, weight - mass * acceleration) - weight
+    moment = -ca.mtimes(R.T, ca.jacobian(spin, t))
+    loads = ca.vertcat(force[2], moment[1], force[1], moment[0], moment[2])
+    return ca.Function("inertial_loads", [given], [ca.substitute(loads, t, 0)])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -9,14 +9,16 @@ is carried by the pose or by the control currents. The control's set-points move
 
 from dataclasses import dataclass, replace
 
+import casadi as ca
 import numpy as np
 
 from workbench.errors import InfeasibleError, InputError
+from workbench.forces.energy import CoilSet, clearance
 from workbench.forces.law import FirstOrderLaw
 from workbench.lti import Plant
 from workbench.lti.signals import COORDINATES, numbered
 from workbench.result import Result, Row
-from workbench.vehicle.body import STATES, deviations, held_by_moment, tangent_at
+from workbench.vehicle.body import STATES, deviations, held_by_moment, inertia, tangent_at
 from workbench.vehicle.conditions import Conditions
 from workbench.vehicle.drive import with_motor
 from workbench.vehicle.linear import Linearisation, assembled, linearise
@@ -60,6 +62,12 @@ class OperatingPoint(Result):
         """The same as a Plant with one command and one group of sensors per command position, and its motor if any."""
         plant = joined(self.linearise().plant, self.vehicle)
         return plant if self.vehicle.drive is None else with_motor(plant, self.vehicle.drive)
+
+    def clearance(self, coils: CoilSet, gap: float, gap_lateral: float) -> tuple[float, float]:
+        """Least distance of any coil from floor and from wall [m], where the law counts from these nominal gaps [m]."""
+        vertical, lateral, roll = self.deviation
+        floor, wall = clearance(coils, ca.DM(gap + vertical), ca.DM(gap_lateral + lateral), ca.DM(roll))
+        return float(ca.mmin(floor)), float(ca.mmin(wall))
 
     def rows(self) -> list[Row]:
         out: list[Row] = [("speed", self.vehicle.speed, "m/s"), ("mass", self.vehicle.mass, "kg")]
@@ -115,10 +123,7 @@ def joined(plant: Plant, vehicle: Vehicle) -> Plant:
     """
     if not vehicle.joined:
         return plant
-    groups, n = vehicle.joined, vehicle.count
-    spread = np.zeros((n, len(groups)))
-    for column, group in enumerate(groups):
-        spread[list(group), column] = 1.0
+    groups, n, spread = vehicle.joined, vehicle.count, vehicle.spread
     mean = spread.T / spread.sum(axis=0)[:, None]
 
     def regrouped(names: tuple[str, ...], matrix: np.ndarray) -> tuple[tuple[str, ...], np.ndarray]:
@@ -157,15 +162,16 @@ def _solved(conditions: Conditions, nominal: Trim, loaded: Vehicle, irregularity
     loads += conditions.wind.loads() if conditions.wind else 0.0
     loads += conditions.curve.loads(loaded) if conditions.curve else 0.0
     pose_moves, current_moves = _directions(conditions, loaded, strength)
+    spring = np.zeros((5, 5)) if loaded.drive is None else loaded.drive.stiffness
 
-    def place(z, share):
-        return nominal.pose + pose_moves @ z, nominal.currents * (1 - share + share * strength) + current_moves @ z
+    def place(z):
+        return nominal.pose + pose_moves @ z, nominal.currents + current_moves @ z
 
     def residual(z, share):
-        pose, currents = place(z, share)
-        acting = nominal.external + share * (loads - nominal.external)
+        pose, currents = place(z)
+        acting = nominal.external + share * (loads - nominal.external) + spring @ pose
         here = tangent_at(loaded, pose, currents, share * irregularity, acting, 1 - share + share * strength)
-        by_pose = here.slopes[5:STATES, :5]
+        by_pose = here.slopes[5:STATES, :5] + spring / inertia(loaded)[:, None]
         by_current = here.slopes[5:STATES, STATES : STATES + loaded.count]
         return here.acceleration, by_pose @ pose_moves + by_current @ current_moves
 
@@ -176,7 +182,7 @@ def _solved(conditions: Conditions, nominal: Trim, loaded: Vehicle, irregularity
         raise _no_equilibrium(conditions) from error
     if z is None:
         raise _no_equilibrium(conditions)
-    pose, currents = place(z, 1.0)
+    pose, currents = place(z)
     return replace(nominal, vehicle=loaded, pose=pose, currents=currents, external=loads)
 
 
@@ -221,8 +227,9 @@ def _directions(conditions: Conditions, vehicle: Vehicle, strength: np.ndarray) 
     """What the unknowns move: (5, k) pose and (n, k) currents."""
     if conditions.carried_by == "pose":
         return np.eye(5), np.zeros((vehicle.count, 5))
-    x, y = np.array(vehicle.positions, float).T
-    patterns = (strength > 0)[:, None] * np.column_stack([np.ones_like(x), x, y])  # hold heave, pitch and roll
+    x, y = np.array(vehicle.command_positions, float).T
+    alive = (vehicle.spread * strength[:, None]).any(axis=0)  # commands that reach a set with forces
+    patterns = vehicle.spread @ (alive[:, None] * np.column_stack([np.ones_like(x), x, y]))  # hold heave, pitch, roll
     free = np.eye(5)[:, [COORDINATES.index("Y"), COORDINATES.index("Psi")]]
     return np.hstack([np.zeros((5, 3)), free]), np.hstack([patterns, np.zeros((vehicle.count, 2))])
 

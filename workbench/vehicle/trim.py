@@ -77,7 +77,7 @@ def trim(vehicle: Vehicle, by: str = "moment", external=(0.0, 0.0, 0.0, 0.0, 0.0
     m, A, B, C = vehicle.mass, vehicle.roll_inertia, vehicle.pitch_inertia, vehicle.yaw_inertia
     inertia = np.array([m, B, m, A, C], float)
     given = ca.DM(external)
-    front = np.array([x > 0 for x, _ in vehicle.positions], float)
+    front = vehicle.spread @ np.array([x > 0 for x, _ in vehicle.command_positions], float)
 
     pose, current = ca.SX.sym("pose", 5), ca.SX.sym("current", 2)
     spread = ca.DM(front) * current[0] + ca.DM(1 - front) * current[1]
@@ -120,9 +120,11 @@ class _Forces:
 
     def __init__(self, vehicle: Vehicle) -> None:
         self.motion = equations(vehicle)
+        self.spring = ca.DM.zeros(5, 5) if vehicle.drive is None else ca.DM(vehicle.drive.stiffness)
 
     def acceleration(self, pose, alpha, external):
         m = self.motion
+        external = external + ca.mtimes(self.spring, pose)
         still = ca.vertcat(m.velocity, m.zeta, m.eta, m.bank)
         old = ca.vertcat(m.pose, m.alpha, m.external, still)
         return ca.substitute(m.acceleration, old, ca.vertcat(pose, alpha, ca.SX(external), ca.DM.zeros(still.shape)))
