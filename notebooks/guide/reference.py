@@ -128,10 +128,11 @@ def errata() -> str:
 
     rows = [row for name in appendices() for row in printed_rows(name) if row.verdict not in AGREEING]
     head = [
-        "# What the report prints wrong",
+        "# Where the report as scanned does not hold",
         "",
         f"The {len(rows)} rows of the ledger that are not reproduced, by place. `workbench reproduce` prints all rows, "
-        "each beside the number computed here. Where no right value is known, none is given.",
+        "each beside the number computed here. Where no right value is known, none is given. "
+        "The print itself was never seen, only a scan of it: what the scan's reader lost is listed apart.",
     ]
     out = list(head)
     for verdict in _MEANS:
@@ -149,7 +150,8 @@ def errata() -> str:
 
 
 _MEANS = {
-    "misprint": "A sign, digit, dot or index that typing or scanning lost; the text around it says what was meant.",
+    "misprint": "A sign, digit or index, most likely wrong in the print; the text around it says what was meant.",
+    "scan": "What the reader of the scan lost or mixed up, dots, primes and indices; the print is not to blame.",
     "report's own inconsistency": "The report contradicts itself, or its arithmetic its own numbers.",
     "not reproducible": "Nothing that the report prints leads to the number.",
 }

@@ -5,7 +5,7 @@ from functools import cache
 import pytest
 
 from workbench.errors import InputError
-from workbench.ledger.book import VERDICTS, Printed, appendices, check, ledger, printed_rows
+from workbench.ledger.book import KINDS, VERDICTS, Printed, appendices, check, ledger, printed_rows
 
 ROWS = [(name, row.id) for name in appendices() for row in printed_rows(name)]
 
@@ -60,8 +60,14 @@ def row(**changed) -> Printed:
         ({"verdict": "misprint", "corrected": 3.0}, 3.06, False),
         ({"verdict": "misprint", "corrected": 2.04}, 2.04, False),
         ({"verdict": "report's own inconsistency", "corrected": 3.0}, 3.0, True),
-        ({"printed": "about 2", "tolerance": None}, 7.0, True),
-        ({"printed": "about 2", "tolerance": None}, float("nan"), False),
+        ({"verdict": "scan", "corrected": 3.0}, 3.04, True),
+        ({"verdict": "scan", "corrected": 3.0}, 2.0, False),
+        ({"printed": "decreases", "tolerance": None, "at_most": 1.0}, 1.0, True),
+        ({"printed": "decreases", "tolerance": None, "at_most": 1.0}, 1e9, False),
+        ({"printed": "decreases", "tolerance": None, "at_most": 1.0}, float("nan"), False),
+        ({"printed": "2 to 3", "tolerance": None, "at_least": 2.0, "at_most": 3.0}, 1.9, False),
+        ({"printed": "good", "tolerance": None, "at_most": 1.0, "verdict": "not reproducible"}, 2.0, True),
+        ({"printed": "good", "tolerance": None, "at_most": 1.0, "verdict": "not reproducible"}, 0.5, False),
         ({}, float("nan"), False),
     ],
 )
@@ -77,6 +83,11 @@ def test_a_verdict_is_decided_by_numbers(changed, ours, holds):
         ({"printed": "two"}, "must have a tolerance exactly if it prints a number"),
         ({"tolerance": -1.0}, "must not be negative"),
         ({"corrected": 3.0}, "must not be corrected under the verdict 'reproduced'"),
+        ({"printed": "two", "tolerance": None}, "must have bounds, in order, exactly if it prints words"),
+        ({"printed": "two", "tolerance": None, "at_least": 2.0, "at_most": 1.0}, "must have bounds, in order"),
+        ({"at_most": 1.0}, "must have bounds, in order, exactly if it prints words"),
+        ({"kind": "words"}, "must print words to be of the kind 'words'"),
+        ({"kind": "rumour"}, "unknown kind of row 'rumour'"),
     ],
 )
 def test_rows_that_claim_nothing_checkable_are_refused(changed, sentence):
@@ -92,4 +103,36 @@ def test_an_unknown_appendix_is_refused():
 def test_the_summary_counts_every_row_once():
     found = ledger("c")
     counts = {name: value for name, value, _ in found.rows()}
-    assert counts["printed numbers"] == len(found.entries) == sum(counts[v] for v in VERDICTS)
+    assert sum(counts[words] for words in KINDS.values()) == len(found.entries) == sum(counts[v] for v in VERDICTS)
+
+
+WORDS = [row for name in appendices() for row in printed_rows(name) if isinstance(row.printed, str)]
+
+
+@pytest.mark.parametrize("statement", WORDS, ids=lambda row: row.id)
+def test_every_statement_in_words_can_fail(statement):
+    held = entries(next(a for a, name in ROWS if name == statement.id))[statement.id].ours
+    edges = [b for b in (statement.at_least, statement.at_most) if b is not None]
+    beyond = [1e9, -1e9, *(b + s for b in edges for s in (-1e-6, 0.0, 1e-6))]
+    assert check(statement, held) == ""
+    assert any(check(statement, value) for value in beyond)
+
+
+def test_what_is_counted_as_printed_are_numbers_of_the_report():
+    found = ledger()
+    assert (found.count("number"), found.count("formula"), found.count("words")) == (211, 103, 84)  # quoted in README
+    derived = {e.row.id for e in found.entries if e.row.kind == "derived"}
+    assert "A.derived.drag" in derived
+    assert not any(name.startswith(("B-", "B.5.", "C-1.")) for name in (e.row.id for e in found.entries
+                   if e.row.kind == "number"))  # fmt: skip
+
+
+def test_the_rounded_rate_gain_of_c5_gives_every_number_of_c5():
+    from workbench.design.procedure import unfiltered
+    from workbench.ledger.appendix_c import _prints_c5  # the middle of its range is what the row shows
+    from workbench.ledger.baseline import report_gains, report_law, report_model
+
+    model = report_model().plant, report_law(), unfiltered(report_gains())
+    assert not _prints_c5(*model, 0.15)  # as printed, taken as exact: pitch damping 0.562
+    assert all(_prints_c5(*model, rate) for rate in (0.1457, 0.147, 0.1481))
+    assert not any(_prints_c5(*model, rate) for rate in (0.1455, 0.1484))

@@ -9,7 +9,7 @@ from workbench.ledger.appendix_f_motor import computed
 
 ROWS = tomllib.loads((files("workbench.ledger") / "appendix_f_motor.toml").read_text(encoding="utf-8"))["row"]
 COMPUTED = computed()
-VERDICTS = {"reproduced", "consistent by fit", "misprint", "report's own inconsistency", "not reproducible"}
+VERDICTS = {"reproduced", "consistent by fit", "misprint", "scan", "report's own inconsistency", "not reproducible"}
 
 
 def test_rows_and_computed_numbers_are_the_same_set():
@@ -33,13 +33,3 @@ def test_the_verdict_is_what_the_numbers_say(row):
     else:
         assert abs(ours - row["corrected"]) <= tolerance
         assert abs(printed - row["corrected"]) > tolerance
-
-
-def test_words_of_the_report_hold():
-    assert COMPUTED["F.5.3.normal_over_thrust_at_10_cm"] > 1
-    assert COMPUTED["F.5.4.2.fall_with_gap"] < 1 < COMPUTED["F.5.4.2.rise_with_offset"]
-    assert COMPUTED["F.5.4.3.ratio_falls"] < 1
-    assert min(value for name, value in COMPUTED.items() if name.startswith("F.7.1")) > 1
-    # "almost invariant", "virtually independent"
-    assert abs(COMPUTED["F.5.4.3.thrust_change_by_pitch"]) < 0.5
-    assert abs(COMPUTED["F.5.4.3.thrust_change_by_yaw"]) < 0.5

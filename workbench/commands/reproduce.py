@@ -20,7 +20,7 @@ def reproduce(
         emit_json([entry.as_dict() for entry in found.entries])
         return 1 if found.failing else 0
     emit_table(
-        f"{len(found.entries)} printed numbers",
+        f"{found.count('number')} printed numbers, {len(found.entries)} rows",
         ("place", "quantity", "printed", "ours", "difference", "verdict"),
         [
             (
@@ -34,7 +34,7 @@ def reproduce(
             for e in found.entries
         ],
     )
-    emit_table("verdicts", ("verdict", "rows"), [(name, str(count)) for name, count, _ in found.rows()])
+    emit_table("counts", ("what", "rows"), [(name, str(count)) for name, count, _ in found.rows()])
     return 1 if found.failing else 0
 
 

@@ -12,6 +12,7 @@ from workbench.forces.flight import Levitation, drag_at
 from workbench.forces.law import REPORT_LIFT_RATIO, REPORT_LIFT_TO_DRAG
 from workbench.forces.operating import REPORT_GAP, REPORT_SETS, REPORT_SPEED, REPORT_WEIGHT, ampere_turns
 from workbench.forces.taylor import TaylorLaw
+from workbench.ledger.baseline import report_vehicle
 
 PRINTED_SQUARE = 184635e6  # (KNI)² [A²] (A.3)
 POUND_FORCE = 4.4482216152605  # [N], exact
@@ -39,6 +40,7 @@ def computed() -> dict[str, float]:
         "A.3.speed": 300 * MILE_PER_HOUR,
         "A.3.weight": 100_000 * POUND_FORCE / 1e3,
         "A.3.wheel_base": 9.00 + 7.65,
+        "A.3.track": 2 * max(y for _, y in report_vehicle().positions),
         "A.3.lift_to_drag": plane.lift_to_drag,
         "A.3.lift_ratio": plane.lift_ratio,
         "A.3.lift_coefficient": lift,

@@ -33,6 +33,7 @@ def computed() -> dict[str, float]:
         "D.2.beta_factor": at_front * WAVELENGTH / (vehicle.front + vehicle.rear) / np.pi,
         "D.2.beta_of_x_factor": at_place * WAVELENGTH / (2 * place - vehicle.front + vehicle.rear),
         "D-1.entries": float(np.sum(np.sign(table_d1(np.pi / 4)) == _printed_table())),
+        **_phases(vehicle.positions, speed),
         "D-2.power_sign": _power_ratio(loop, omega),
         "D.1.lateral_zeta_term": _error_of_printed_zeta_term(loop, omega),
     }
@@ -44,6 +45,21 @@ def _printed_table() -> np.ndarray:
         [signs[mark] for mark in TABLE_D1[name[:2]][name.endswith("sin")].replace(" ", "")] for name in UNIT_INPUTS
     ]
     return np.array(columns).T
+
+
+def _phases(positions, speed: float) -> dict[str, float]:
+    """Phase of both parts of each type relative to A3, whose own is 0, where every other type's φ is 0.7 rad."""
+    phi = np.array([0.7, 0.7, 0.0, 0.7])
+    out = {}
+    for k in range(4):
+        unit = np.eye(4)[k]
+        wave = Wave(wavelength=WAVELENGTH, amplitudes=tuple(unit), phases=tuple(phi))
+        c = wave.inputs(positions, speed)
+        shape = phasors(positions, speed, 0.0)[:, k].real  # alike front and rear
+        end = np.tile([1.0, 1.0, -1.0, -1.0], 2)
+        for name, part in (("in_phase", shape), ("out_of_phase", shape * end)):
+            out[f"D-1.phase.A{k + 1}.{name}"] = float(np.angle(part @ c))
+    return out
 
 
 def _power_ratio(loop: Plant, omega: float) -> float:

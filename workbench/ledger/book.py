@@ -3,11 +3,16 @@
     appendix_<x>.toml (printed, tolerance, verdict) + appendix_<x>.computed() (ours) --check--> Ledger
 
 A verdict is a claim that numbers decide:
-    reproduced, consistent by fit              |ours − printed| ≤ tolerance
-    misprint, report's own inconsistency       |ours − corrected| ≤ tolerance < |printed − corrected|, where the right
-                                               value is known; else |ours − printed| > tolerance
-    not reproducible                           |ours − printed| > tolerance
-A printed range or word has no tolerance; then our number must be finite and the note says the rest.
+    reproduced, consistent by fit                |ours − printed| ≤ tolerance
+    misprint, scan, report's own inconsistency   |ours − corrected| ≤ tolerance < |printed − corrected|, where the right
+                                                 value is known; else |ours − printed| > tolerance
+    not reproducible                             |ours − printed| > tolerance
+A printed range or statement is decided by bounds that the row states: the first line asks our number to lie within
+them, the others outside. The print itself was never seen, only a scan: "scan" is said where the text around shows that
+the reader of the scan went wrong, "misprint" where the text as scanned cannot be right whoever wrote it.
+
+Rows count by what the report really prints: numbers, values of printed formulas, statements in words, and numbers that
+we derived from printed ones.
 """
 
 import tomllib
@@ -22,8 +27,14 @@ from workbench.errors import InputError, unknown_name
 from workbench.result import Result, Row
 
 AGREEING = ("reproduced", "consistent by fit")
-WRONG = ("misprint", "report's own inconsistency")
+WRONG = ("misprint", "scan", "report's own inconsistency")
 VERDICTS = (*AGREEING, *WRONG, "not reproducible")
+KINDS = {
+    "number": "numbers that the report prints",
+    "formula": "values of formulas that the report prints",
+    "words": "statements in words, each with its bounds",
+    "derived": "numbers derived from printed ones",
+}
 EDGE = 1e-9  # relative: half a unit of a decimal digit is not a binary number
 
 
@@ -31,7 +42,8 @@ EDGE = 1e-9  # relative: half a unit of a decimal digit is not a binary number
 class Printed:
     """One row of the report as data.
 
-    printed : number, or words where the report prints a range or a statement;  tolerance : absolute, with a number only
+    printed : number, or words where the report prints a range or a statement;  kind : one of `KINDS`
+    tolerance : absolute, with a number only;  at_least, at_most : what a range or a statement asks of our number
     corrected : the right value where the printed one is wrong and the right one known
     """
 
@@ -41,11 +53,16 @@ class Printed:
     printed: float | str
     unit: str
     verdict: str
+    kind: str = "number"
     note: str = ""
     tolerance: float | None = None
     corrected: float | None = None
+    at_least: float | None = None
+    at_most: float | None = None
 
     def __post_init__(self) -> None:
+        if self.kind not in KINDS:
+            raise unknown_name("kind of row", self.kind, KINDS)
         if self.verdict not in VERDICTS:
             raise unknown_name("verdict", self.verdict, VERDICTS)
         if isinstance(self.printed, str) != (self.tolerance is None):
@@ -53,6 +70,14 @@ class Printed:
                 f"row {self.id} must have a tolerance exactly if it prints a number; "
                 f"got {self.printed!r} with {self.tolerance!r}. Add or drop the tolerance."
             )
+        bounds = [b for b in (self.at_least, self.at_most) if b is not None]
+        if isinstance(self.printed, str) != bool(bounds) or bounds != sorted(bounds):
+            raise InputError(
+                f"row {self.id} must have bounds, in order, exactly if it prints words; got {self.printed!r} with "
+                f"at_least {self.at_least!r}, at_most {self.at_most!r}. State what our number must be, or drop the row."
+            )
+        if self.kind == "words" and not isinstance(self.printed, str):
+            raise InputError(f"row {self.id} must print words to be of the kind 'words'; got {self.printed!r}.")
         if self.tolerance is not None and not self.tolerance >= 0:
             raise InputError(f"the tolerance of row {self.id} must not be negative; got {self.tolerance!r}.")
         if self.corrected is not None and self.verdict not in WRONG:
@@ -94,12 +119,13 @@ class Ledger(Result):
         return tuple(entry for entry in self.entries if not entry.holds)
 
     def rows(self) -> list[Row]:
-        counts = [(verdict, sum(e.row.verdict == verdict for e in self.entries), "rows") for verdict in VERDICTS]
-        return [
-            ("printed numbers", len(self.entries), "rows"),
-            ("verdicts that do not hold", len(self.failing), "rows"),
-            *counts,
-        ]
+        kinds = [(words, self.count(kind), "rows") for kind, words in KINDS.items()]
+        verdicts = [(verdict, self.count(verdict=verdict), "rows") for verdict in VERDICTS]
+        return [*kinds, ("verdicts that do not hold", len(self.failing), "rows"), *verdicts]
+
+    def count(self, kind: str | None = None, verdict: str | None = None) -> int:
+        """Number of rows of a kind, with a verdict; of all where it is left out."""
+        return sum(kind in (None, e.row.kind) and verdict in (None, e.row.verdict) for e in self.entries)
 
 
 def appendices() -> tuple[str, ...]:
@@ -151,7 +177,7 @@ def check(row: Printed, ours: float) -> str:
     if not np.isfinite(ours):
         return f"our number is {ours}"
     if isinstance(row.printed, str):
-        return ""
+        return _bounds_decide(row, ours)
     tolerance = float(row.tolerance or 0.0)
     margin = tolerance + EDGE * max(abs(row.printed), tolerance)
     off = abs(ours - row.printed)
@@ -172,6 +198,16 @@ def check(row: Printed, ours: float) -> str:
         if abs(row.printed - row.corrected) > margin
         else f"printed {row.printed:.6g} and corrected {row.corrected:.6g} agree within {tolerance:.3g}"
     )
+
+
+def _bounds_decide(row: Printed, ours: float) -> str:
+    """As `check`, of a range or a statement."""
+    low = -np.inf if row.at_least is None else row.at_least
+    high = np.inf if row.at_most is None else row.at_most
+    within = low <= ours <= high
+    if within == (row.verdict in AGREEING):
+        return ""
+    return f"ours {ours:.6g} is {'within' if within else 'outside'} {low:.6g} to {high:.6g} of {row.printed[:60]!r}"
 
 
 def _entry(row: Printed, ours: Mapping[str, float]) -> Entry:
