@@ -66,6 +66,8 @@ def design(
             raise InputError(f"{problem!r} has no vehicle; --fix, --speed and --robust are not for it. Leave them out.")
         return design_tuning(plant_alone, out, solver=solver, json=json)
     loaded = load_problem(problem, speed=speed).with_fixed(parse_fixed(fix))
+    if robust is None and speed is None:
+        _check_one_way(loaded)
     check_folder(out)
     scheduled = borne = None
     with progress(json) as show:
@@ -80,7 +82,8 @@ def design(
         else:
             result = solve(loaded, **options, on_start=lambda s: step(f"cost {s.cost:.4g}"))
         cases = robustness(loaded, result.gains, varied)
-        curve = _curve(loaded, result.gains, show) if trade_off and borne is None and scheduled is None else None
+        swept = trade_off and borne is None and scheduled is None
+        curve = _curve(loaded, result.gains, options, show) if swept else None
         kept = {c.name: c.to_dict() for c in cases}
         more = {} if borne is None else {f"worst {w.verdict.name} of many models": _worst(w) for w in borne.worst}
         table = table_from_design(result, robustness=kept | more)
@@ -117,6 +120,17 @@ def design(
     if boxes:
         _print_boxes(table)
     typer.echo(f"gain table  {path}\nreport      {report}")
+
+
+def _check_one_way(problem) -> None:
+    """Refuses to choose between a variation and a schedule: a schedule is not designed for a variation."""
+    from workbench.errors import InputError
+
+    if problem.variation is not None and problem.plan is not None:
+        raise InputError(
+            f"{problem.name!r} describes both a [variation] and a [schedule]; a design takes one. Say --robust for one "
+            "set of gains that bears the variation, or --no-robust for the schedule."
+        )
 
 
 def _robust(problem, options, on_start, show):
@@ -227,8 +241,8 @@ def _print_worst(borne) -> None:
     )
 
 
-def _curve(problem, gains, show):
-    """Cost against allowed peak sensitivity, where one is asked for."""
+def _curve(problem, gains, options, show):
+    """Cost against allowed peak sensitivity, where one is asked for; a quarter of the design's starts at each limit."""
     from workbench.design.tradeoff import trade_off
 
     wanted = {r.name: r.limit for r in problem.requirements}.get("peak sensitivity")
@@ -240,6 +254,9 @@ def _curve(problem, gains, show):
         "peak sensitivity",
         [wanted * f for f in TRADE_OFF],
         start=gains,
+        starts=max(2, options["starts"] // 4),
+        seed=options["seed"],
+        workers=options["workers"],
         on_limit=lambda limit, cost: step(f"at {limit:.3g}"),
     )
 

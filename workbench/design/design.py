@@ -153,7 +153,7 @@ def design(
     InfeasibleError
         If no start meets every requirement: names what binds, where, and by how much it misses.
     InputError
-        If starts is not positive, nothing is free, or no stable start exists.
+        If starts is not positive, nothing is free, or the problem cannot be designed.
     """
     if starts < 1:
         raise InputError(f"the number of starts must be at least 1; got {starts}.")

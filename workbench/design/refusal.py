@@ -22,7 +22,9 @@ def refusal(name: str, looked_at: Sequence[tuple[Analysis, Sequence[Verdict]]]) 
         binding = min(stable, key=lambda found: miss(found[0]))
         cure = "relax one of them, widen a bound or free another gain."
     else:
-        binding = [stability(max((analysis for analysis, _ in looked_at), key=lambda a: a.decay))]
+        nearest = max((analysis for analysis, _ in looked_at), key=lambda a: a.decay)
+        worst = max(nearest.modes, key=lambda m: m.pole.real)
+        binding = [unstable(nearest.decay, f"{worst.name}, {worst.frequency_hz:.3g} Hz")]
         cure = "try more --starts, widen a bound, or give --fix values that stabilise."
     return InfeasibleError(
         f"the requirements of {name!r} cannot be met together: {in_words(binding)}. "
@@ -42,20 +44,16 @@ def miss(verdict: Verdict) -> float:
     return Requirement(verdict.name, verdict.limit).shortfall(verdict.value)
 
 
-def in_words(verdicts: Sequence[Verdict]) -> str:
-    """What misses, where and by how much, the first few."""
-    return "; ".join(_words(v) for v in verdicts[:NAMED])
+def in_words(verdicts: Sequence[Verdict], place: str = "") -> str:
+    """What misses, where and by how much, the first few; all of them at a place, such as a model or a speed."""
+    return "; ".join(_words(v, place) for v in verdicts[:NAMED])
 
 
-def _words(v: Verdict) -> str:
-    relative = v.value is not None and v.limit != 0
-    return v.sentence() + (f", a miss of {100 * miss(v):.2g} %" if relative else "")
+def _words(v: Verdict, place: str) -> str:
+    relative = f", a miss of {100 * miss(v):.2g} %" if v.value is not None and v.limit != 0 else ""
+    return v.sentence() + (f" at {place}" if place else "") + relative
 
 
-def stability(analysis: Analysis) -> Verdict:
-    """The verdict that every root must decay, of gains under which one does not."""
-    worst = max(analysis.modes, key=lambda m: m.pole.real)
-    return Verdict(
-        name="decay rate", sense=">=", limit=0.0, value=analysis.decay, unit="1/s", met=False,
-        where=f"{worst.name}, {worst.frequency_hz:.3g} Hz",
-    )  # fmt: skip
+def unstable(decay: float, where: str) -> Verdict:
+    """The verdict that every root must decay, of a loop in which one does not; decay : of the slowest [1/s]."""
+    return Verdict(name="decay rate", sense=">=", limit=0.0, value=decay, unit="1/s", met=False, where=where)

@@ -29,11 +29,13 @@ from workbench.design.design import (
 from workbench.design.family import Family, SharedChart
 from workbench.design.model import Model, Variation, sentence
 from workbench.design.problem import Problem
-from workbench.design.requirement import Requirement, Verdict
+from workbench.design.refusal import in_words, miss, unstable
+from workbench.design.requirement import Verdict
 from workbench.design.solve import Outcome, finish, least_violation, minimise
 from workbench.design.steering import Programme
 from workbench.design.verdict import verdicts
-from workbench.design.worst import Search, Worst, in_words, judged_model, same_model, shortfall
+from workbench.design.worst import Search, Worst, judged_model, same_model
+from workbench.design.worst import in_words as worst_in_words
 from workbench.errors import InfeasibleError, InputError
 from workbench.result import Result, Row, figure
 from workbench.threads import one_thread
@@ -92,7 +94,7 @@ def robust_design(
     Parameters
     ----------
     variation : the problem's own if left out
-    start : gains to start from instead of `starts` random ones
+    start : gains to start from instead of `starts` random ones; never refused, nor worsened, where they keep everything
     on_round : called after each round with its number and what the search said
     time_budget : [s] after which no new round starts
 
@@ -121,7 +123,7 @@ def robust_design(
         for name, values in variation.models.items():
             _add(family, chart, search.model(values, name))
         exchange = _Exchange(family, chart, search, on_round, began + time_budget)
-        best = None
+        best = None if start is None else exchange.as_it_is(candidates[0])
         for x in candidates:
             best = exchange.improved(x, best)
         if best is None:
@@ -143,6 +145,17 @@ class _Exchange:
         self.rounds = 0
         self._late = False
         self._closest: tuple[float, Verdict, Mapping[str, float], tuple[Worst, ...]] | None = None
+        self._unstable: tuple[float, Verdict] | None = None
+
+    def as_it_is(self, x: np.ndarray):
+        """A candidate's own gains, if they hold everywhere; None if not."""
+        gains = rounded(self.family.gains(x))
+        worst, failing, own = self._searched(gains)
+        if failing or own or self.family.growth(self.family.whole(x)) >= 0:
+            return None
+        z = self.family.whole(x)
+        cost = float(np.exp(self.family.at(z).objective))
+        return gains, Outcome(z, cost, 0.0, (), "as given", 0), worst
 
     def improved(self, x: np.ndarray, best):
         """The better of `best` and what this candidate leads to: (gains, outcome, worst models)."""
@@ -158,6 +171,7 @@ class _Exchange:
                 outcome = self._repaired(outcome)
             z = family.chart_of(outcome.x)
             if family.growth(outcome.x) >= 0:
+                self._grown(outcome.x)
                 return best
             gains = rounded(family.gains(outcome.x))
             worst, failing, own = self._searched(gains)
@@ -188,21 +202,33 @@ class _Exchange:
         failing = [w for w in worst if not w.verdict.met]
         own = [v for v in _exact(self.search.problem, gains) if not v.met]
         if self._on_round:
-            self._on_round(self.rounds, in_words(worst))
+            self._on_round(self.rounds, worst_in_words(worst))
         missed = [(w.verdict, w.values) for w in failing] + [(v, {}) for v in own]
         if missed:
-            verdict, values = max(missed, key=lambda m: shortfall(Requirement(m[0].name, m[0].limit), m[0]))
-            miss = shortfall(Requirement(verdict.name, verdict.limit), verdict)
-            if self._closest is None or miss < self._closest[0]:
-                self._closest = (miss, verdict, values, worst)
+            verdict, values = max(missed, key=lambda m: miss(m[0]))
+            if self._closest is None or miss(verdict) < self._closest[0]:
+                self._closest = (miss(verdict), verdict, values, worst)
         return worst, failing, own
+
+    def _grown(self, x: np.ndarray) -> None:
+        """Remembers the model whose loop grows fastest, of the candidate whose fastest grows least."""
+        growths = [m.programme.abscissa(self.family.theta(x, k)) for k, m in enumerate(self.family.members)]
+        worst = int(np.argmax(growths))
+        if self._unstable is None or growths[worst] < self._unstable[0]:
+            name = self.family.members[worst].model.name
+            self._unstable = (growths[worst], unstable(-growths[worst], name))
 
     def refusal(self) -> InfeasibleError:
         """What missed by least, where, and what the same gains reach."""
         name = self.search.problem.name
+        if self._closest is None and self._unstable is not None:
+            return InfeasibleError(
+                f"no gains of {name!r} keep their limits at every model: {self._unstable[1].sentence()}. "
+                "Narrow the intervals or relax a limit."
+            )
         if self._closest is None:
-            return InfeasibleError(f"no gains of {name!r} were stable at every model; narrow the intervals.")
-        miss, verdict, values, worst = self._closest
+            return InfeasibleError(f"the time budget ended before any gains of {name!r} were judged; give more time.")
+        _, verdict, values, worst = self._closest
         reached = ", ".join(
             f"{w.verdict.name} {figure(w.verdict.value)} {w.verdict.unit}".removesuffix(" 1")
             for w in worst
@@ -211,8 +237,8 @@ class _Exchange:
         tried = "the time budget ended before" if self._late else "no"
         keep = "kept" if self._late else "keep"
         return InfeasibleError(
-            f"{tried} gains of {name!r} {keep} their limits at every model: {verdict.sentence()} at "
-            f"{sentence(values)}, a miss of {100 * miss:.2g} %. These gains reach everywhere: {reached}. "
+            f"{tried} gains of {name!r} {keep} their limits at every model: {in_words([verdict], sentence(values))}. "
+            f"These gains reach everywhere: {reached}. "
             "Narrow the intervals or relax the limit for the models."
         )
 

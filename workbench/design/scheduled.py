@@ -21,6 +21,7 @@ from workbench.design.design import Design, Start, design
 from workbench.design.family import Family, PolynomialChart
 from workbench.design.model import STABILITY, Model
 from workbench.design.problem import Problem
+from workbench.design.refusal import in_words
 from workbench.design.requirement import Requirement, Verdict
 from workbench.design.solve import Outcome, finish
 from workbench.design.speed_family import PlantFamily, plant_family
@@ -218,7 +219,8 @@ def _exchanged(problem, plan: Plan, plants: PlantFamily, first: Design, on_round
         if not _failing(margins):
             margins = dense_check(plants, schedule, plan)
         judged = _at_cruise(problem, schedule, first, outcome)
-        failing = sorted({*_failing(margins), *_outside(problem, schedule, plan)})
+        outside = _outside(problem, schedule, plan)
+        failing = sorted({*_failing(margins), *outside.values()})
         missed = [v for v in judged.requirements if not v.met]
         if on_round:
             on_round(number, _words(margins))
@@ -231,7 +233,7 @@ def _exchanged(problem, plan: Plan, plants: PlantFamily, first: Design, on_round
                 speeds.append(v)
                 chart.add(v)
                 family.add(_model(plants, plan, v))
-    raise _unmet(problem, plan, margins, missed)
+    raise _unmet(problem, plan, margins, missed, outside)
 
 
 def _model(plants: PlantFamily, plan: Plan, speed: float) -> Model:
@@ -265,12 +267,12 @@ def _failing(margins: Sequence[MarginCurve]) -> list[float]:
     return sorted(set(out))
 
 
-def _outside(problem: Problem, schedule: Schedule, plan: Plan) -> list[float]:
-    """The speed at which each parameter leaves its bounds by most, of those that do."""
+def _outside(problem: Problem, schedule: Schedule, plan: Plan) -> dict[str, float]:
+    """The speed at which a parameter leaves its bounds by most, of each that does."""
     speeds = plan.speeds
     table = dict(zip(GAIN_NAMES, schedule.table(speeds).T, strict=True))
-    over = [np.maximum(low - table[n], table[n] - high) for n, (low, high) in problem.bounds.items()]
-    return [float(speeds[np.argmax(by)]) for by in over if by.max() > 0]
+    over = {n: np.maximum(low - table[n], table[n] - high) for n, (low, high) in problem.bounds.items()}
+    return {name: float(speeds[np.argmax(by)]) for name, by in over.items() if by.max() > 0}
 
 
 def _at_cruise(problem: Problem, schedule: Schedule, first: Design, outcome: Outcome) -> Design:
@@ -294,7 +296,7 @@ def _verified(problem, plan: Plan, schedule, judged: Design, margins, rounds, pl
     if missed:
         raise InfeasibleError(
             f"the schedule of {problem.name!r} fails on exact plants where it held on interpolated ones: "
-            f"{missed[0].sentence()}. Sample the speeds at more nodes."
+            f"{in_words(missed)}. Sample the speeds at more nodes."
         )
     return ScheduledDesign(
         problem=problem, schedule=schedule, cruise=judged, margins=margins, exact=tuple(exact), rounds=rounds,
@@ -303,14 +305,26 @@ def _verified(problem, plan: Plan, schedule, judged: Design, margins, rounds, pl
 
 
 def _words(margins: Sequence[MarginCurve]) -> str:
-    return ", ".join(f"{m.name} {m.worst[0]:.4g} at {m.worst[1]:.4g} m/s" for m in margins)
+    return ", ".join(f"{m.name} {_value(m)} at {m.worst[1]:.4g} m/s" for m in margins)
 
 
-def _unmet(problem: Problem, plan: Plan, margins, missed: Sequence[Verdict]) -> InfeasibleError:
-    over = [f"{m.name!r} must be {m.sense} {m.limit:g}; best found {m.worst[0]:.4g} at {m.worst[1]:.4g} m/s"
-            for m in margins if not m.met]  # fmt: skip
-    words = "; ".join([*over, *(f"{v.sentence()} at cruise" for v in missed)][:4])
+def _value(m: MarginCurve) -> str:
+    return "without value (unstable loop)" if np.isnan(m.worst[0]) else f"{m.worst[0]:.4g}"
+
+
+def _unmet(problem: Problem, plan: Plan, margins, missed: Sequence[Verdict], outside) -> InfeasibleError:
+    """What binds: margins and where, requirements at cruise, parameters at their bounds."""
+    found = [
+        Verdict(
+            name=m.name, sense=m.sense, limit=m.limit, value=None if np.isnan(m.worst[0]) else m.worst[0], unit=m.unit,
+            met=False, where=f"{m.worst[1]:.4g} m/s" + (", unstable loop" if np.isnan(m.worst[0]) else ""),
+        )
+        for m in margins
+        if not m.met
+    ]  # fmt: skip
+    words = [in_words(found), in_words(missed, "cruise")]
+    words += [f"{name} leaves its bounds of {problem.bounds[name]} at {v:.4g} m/s" for name, v in outside.items()]
     return InfeasibleError(
         f"no schedule of degree {plan.degree} over {plan.range[0]:g} … {plan.range[1]:g} m/s keeps the limits of "
-        f"{problem.name!r}: {words}. Raise the degree, narrow the range or relax a limit."
+        f"{problem.name!r}: {'; '.join(filter(None, words))}. Raise the degree, narrow the range or relax a limit."
     )

@@ -14,7 +14,7 @@ import casadi as ca
 import numpy as np
 
 from workbench.design.steering import Programme
-from workbench.errors import InputError, unknown_name
+from workbench.errors import unknown_name
 
 SOLVERS = ("slsqp", "ipopt")
 COARSE = 1e-6  # of log J, at which a start counts as ended; the best are then solved to 1e-8
@@ -165,12 +165,10 @@ class _Jacobian(ca.Callback):
 
 
 def stable_start(programme: Programme, centre: np.ndarray, generator: np.random.Generator, spread: float) -> np.ndarray:
-    """A random point around `centre` with every pole in the left half-plane.
+    """A random point around `centre` with every pole in the left half-plane; the nearest to that where none is found.
 
     Deviations follow Student's t with two degrees of freedom: most stay near, some go far, since the best valleys of
     this problem lie several typical sizes away from textbook gains.
-
-    Raises InputError if none of many tries is stable: then the bounds leave no room around the start.
     """
     low, high = programme.bounds()
     best, least = centre, np.inf
@@ -181,14 +179,7 @@ def stable_start(programme: Programme, centre: np.ndarray, generator: np.random.
             return x
         if decay < least:
             best, least = x, decay
-    x = _stabilised(programme, best)
-    if programme.growth(x) >= 0:
-        raise InputError(
-            f"no stable start was found in {TRIES} tries around the given gains "
-            f"(best largest real part {least:.3g} 1/s); "
-            "widen the bounds, free another gain, or give --fix values that stabilise."
-        )
-    return x
+    return _stabilised(programme, best)
 
 
 TRIES = 2000  # 0.3 ms each

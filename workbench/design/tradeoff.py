@@ -1,18 +1,17 @@
-"""Trade-off curves: the best cost against one limit, swept with warm starts.
+"""Trade-off curves: the best cost against one limit, every limit from starts of its own and from its neighbours.
 
-limits from the loosest to the tightest --each start from the last solution--> designs, each verified
+limits --each from random starts, the given gains, the looser neighbour--> designs, each verified
+       --back from the tightest, each from the tighter neighbour, whose gains meet it too--> costs that only rise
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
-from workbench.analysis.analysis import analyse
 from workbench.control import Gains
-from workbench.design.design import STARTS, design, refine
+from workbench.design.design import STARTS, Design, design, refine
 from workbench.design.problem import Problem
 from workbench.design.requirement import QUANTITIES, Requirement
-from workbench.design.verdict import verdicts
-from workbench.errors import InfeasibleError, InputError, unknown_name
+from workbench.errors import BudgetEnded, InfeasibleError, InputError, unknown_name
 from workbench.result import Result, Row
 
 
@@ -20,7 +19,8 @@ from workbench.result import Result, Row
 class TradeOff(Result):
     """The best cost for each allowed value of one quantity; None where no design was found.
 
-    quantity, unit : what was swept;  limits : (k,);  costs, gains : per limit
+    quantity, unit : what was swept;  limits : (k,), from the loosest;  costs, gains : per limit
+    reasons : why there is none, in a sentence; empty where there is one
     """
 
     quantity: str
@@ -28,6 +28,7 @@ class TradeOff(Result):
     limits: tuple[float, ...]
     costs: tuple[float | None, ...]
     gains: tuple[Gains | None, ...]
+    reasons: tuple[str, ...] = ()
 
     def rows(self) -> list[Row]:
         return [
@@ -44,42 +45,61 @@ def trade_off(
     start: Gains | None = None,
     starts: int = STARTS,
     seed: int = 0,
+    workers: int = 1,
     on_limit: Callable[[float, float | None], None] | None = None,
 ) -> TradeOff:
-    """Sweeps the limit of one requirement, the others as they are.
+    """Sweeps the limit of one requirement, the others as they are; a looser limit never costs more.
 
-    limits : SI units, in any order; solved from the loosest to the tightest, each from the one before
-    start : gains of the first solution's start; without them the first limit is designed from `starts` random ones
+    limits : SI units, in any order
+    start : gains that every limit is also solved from, beside `starts` random ones and its neighbours' gains
+    workers : processes for the random starts, as of `design`
+    on_limit : called with each limit and the cost found there on the way to the tightest
     """
     if quantity not in QUANTITIES:
         raise unknown_name("requirement", quantity, QUANTITIES)
     if not limits:
         raise InputError("a trade-off needs at least one limit; got none.")
+    if len(set(limits)) < len(limits):
+        raise InputError(f"the limits of a trade-off must differ; got {', '.join(f'{x:g}' for x in limits)}.")
     sense, unit = QUANTITIES[quantity][:2]
     order = sorted(limits, reverse=sense == "<=")
-    others = [r for r in problem.requirements if r.name != quantity]
-    found: dict[float, tuple[float | None, Gains | None]] = {}
+    found: list[Design | None] = []
+    reasons = dict.fromkeys(order, "")
+    near = [] if start is None else [start]
     for limit in order:
-        one = replace(problem, requirements=(*others, Requirement(quantity, limit)))
+        one = with_limit(problem, quantity, limit)
+        known = [d.gains for d in found[-1:] if d is not None]
         try:
-            best = refine(one, start) if start is not None else design(one, starts=starts, seed=seed)
-        except InfeasibleError:
-            found[limit] = _as_they_are(one, start)
-        else:
-            start = best.gains
-            found[limit] = (best.analysis.cost, best.gains)
+            found.append(design(one, starts=starts, seed=seed, workers=workers, near=[*near, *known]))
+        except BudgetEnded:
+            raise
+        except InfeasibleError as error:
+            found.append(None)
+            reasons[limit] = " ".join(str(error).split())
         if on_limit:
-            on_limit(limit, found[limit][0])
+            on_limit(limit, _cost(found[-1]))
+    for k in range(len(order) - 2, -1, -1):
+        found[k] = better(with_limit(problem, quantity, order[k]), found[k], found[k + 1])
     return TradeOff(
-        quantity=quantity, unit=unit, limits=tuple(order),
-        costs=tuple(found[x][0] for x in order), gains=tuple(found[x][1] for x in order),
+        quantity=quantity, unit=unit, limits=tuple(order), costs=tuple(map(_cost, found)),
+        gains=tuple(d and d.gains for d in found),
+        reasons=tuple("" if d else reasons[limit] for d, limit in zip(found, order, strict=True)),
     )  # fmt: skip
 
 
-def _as_they_are(problem: Problem, gains: Gains | None) -> tuple[float | None, Gains | None]:
-    """The starting gains themselves where they meet the requirements; nothing otherwise."""
-    if gains is None:
-        return None, None
-    analysis = analyse(problem.setting, gains, problem.name)
-    met = analysis.stable and all(v.met for v in verdicts(problem, analysis))
-    return (analysis.cost, gains) if met else (None, None)
+def with_limit(problem: Problem, quantity: str, limit: float) -> Problem:
+    """The problem with one limit on a quantity in place of its own."""
+    others = [r for r in problem.requirements if r.name != quantity]
+    return problem.with_requirements([*others, Requirement(quantity, limit)])
+
+
+def better(problem: Problem, own: Design | None, tighter: Design | None) -> Design | None:
+    """The cheaper of a design and what the gains of a tighter limit, which meet this one too, lead to."""
+    if tighter is None:
+        return own
+    other = refine(problem, tighter.gains)
+    return other if own is None or (_cost(other) or 0.0) < (_cost(own) or 0.0) else own
+
+
+def _cost(found: Design | None) -> float | None:
+    return None if found is None else found.analysis.cost
