@@ -5,6 +5,7 @@
 `GainShape` is that expression for any filters L and W, reference R and profile; most goals about frequency use it.
 """
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,6 +14,7 @@ import numpy as np
 from workbench.analysis.realisation import Realisation
 from workbench.errors import InputError
 from workbench.tuning.goal import NEAR, Bound, Goal, positive, some_names
+from workbench.tuning.goal_end import first_terms, limit, size_at_end
 from workbench.tuning.goal_peak import Axis, PeakMeasure, Piece
 from workbench.tuning.goal_series import difference, series
 from workbench.tuning.goal_weight import Filter, Profile, ProfileLike, WeightLike, filter_of, profile_of
@@ -208,12 +210,23 @@ class GainShape:
         if sampled and (self.profile.constant is None or (self.minus is not None and len(self.minus.A))):
             return None
         profile = self.profile.system(self.power)
-        if profile is None:
-            return None
+        return None if profile is None else self._joined(T, profile)
+
+    def ends(self, T: Realisation, sampled: bool) -> tuple[float, float]:
+        """Limits at ω = 0 and ∞ where the profile is 0 or ∞ there."""
+        found = [math.nan, math.nan]
+        for k, far in enumerate((False, True)):
+            power, size = self.profile.end(far=far)
+            if power and not (far and sampled):
+                terms = first_terms(self._joined(T, None), far=far)
+                found[k] = size_at_end(limit(*terms, power * self.power, size ** float(self.power), far=far))
+        return found[0], found[1]
+
+    def _joined(self, T: Realisation, profile: Realisation | None) -> Realisation:
         T = T if self.minus is None else difference(T, self.minus)
-        if len(profile.A):
+        if profile is not None and len(profile.A):
             T = series(Realisation(*(np.kron(np.eye(len(T.D)), block) for block in profile)), T)
-        else:
+        elif profile is not None:
             factor = float(profile.D[0, 0])
             T = Realisation(T.A, T.B, T.C * factor, T.D * factor)
         T = T if self.right is None else series(T, self.right.system)
@@ -241,7 +254,8 @@ class GainShape:
             return np.full(len(axis.omega), self.profile.constant ** float(self.power))
         with np.errstate(divide="ignore"):
             factor = self.profile.magnitude(axis.omega) ** float(self.power)
-        return np.where(np.isfinite(factor), factor, np.nan)  # 0·∞ at an end of the axis is left out of the search
+        at_end = (axis.omega == 0) | np.isinf(axis.omega)
+        return np.where(at_end & ~(np.isfinite(factor) & (factor > 0)), np.nan, factor)  # there `ends` has the limit
 
     def _label(self, out: np.ndarray, into: np.ndarray) -> str:
         return f"{self.inputs[int(np.argmax(np.abs(into)))]} → {self.outputs[int(np.argmax(np.abs(out)))]}"

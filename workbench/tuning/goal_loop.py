@@ -17,6 +17,7 @@ import numpy as np
 from workbench.analysis.realisation import Realisation
 from workbench.errors import InputError
 from workbench.tuning.goal import NEAR, Bound, Goal, Largest, positive, some_names
+from workbench.tuning.goal_end import first_terms, limit, size_at_end
 from workbench.tuning.goal_gain import GainShape
 from workbench.tuning.goal_peak import Axis, PeakMeasure, Piece
 from workbench.tuning.goal_weight import Profile, ProfileLike, profile_of
@@ -161,17 +162,17 @@ class LoopGainShape:
     def size(self, axis: Axis, T: np.ndarray) -> np.ndarray:
         """(k,); T is the sensitivity."""
         factor = self._factor(axis)
-        asked = np.flatnonzero(factor > 0)
+        asked = np.flatnonzero(factor != 0)
         sizes = np.zeros(len(T))
         sizes[asked] = [self._size_one(S) for S in T[asked]] if T.shape[1] > 1 else self._scalar(T[asked, 0, 0])
         with np.errstate(invalid="ignore"):
-            return np.where(factor > 0, sizes * factor, 0.0)
+            return np.where(factor == 0, 0.0, sizes * factor)
 
     def pieces(self, axis: Axis, T: np.ndarray) -> list[Piece]:
         """Singular values of L⁻¹ or L near the largest; ∂(I − S)⁻¹ = (I − S)⁻¹ ∂S (I − S)⁻¹, ∂S⁻¹ = −S⁻¹ ∂S S⁻¹."""
         S, factor = T[0], float(self._factor(axis)[0])
         X = self._loop(S)
-        if X is None or factor == 0:
+        if X is None or not factor > 0:
             return []
         outer = (X + np.eye(len(S))).conj().T  # ((I − S)⁻¹)ᴴ or (S⁻¹)ᴴ
         u, sizes, v = np.linalg.svd(X)
@@ -186,6 +187,21 @@ class LoopGainShape:
     def system(self, T: Realisation, sampled: bool) -> Realisation | None:
         """None: the inverse of S or I − S is improper."""
         return None
+
+    def ends(self, T: Realisation, sampled: bool) -> tuple[float, float]:
+        """Limits at ω = 0 and ∞ where the profile asks for infinitely much or for nothing at all.
+
+        With V = S or I − S it is V (I − V)⁻¹ that is measured, so where V vanishes its own first term.
+        """
+        found = [math.nan, math.nan]
+        V = T if self.power > 0 else Realisation(T.A, T.B, -T.C, np.eye(len(T.D)) - T.D)
+        for k, far in enumerate((False, True)):
+            power, size = self.profile.end(far=far)
+            asked = (power > 0) == far if self.power > 0 else (power > 0) != far
+            if power and asked and not (far and sampled):
+                weight = (size * self.scale) ** float(self.power)
+                found[k] = size_at_end(limit(*first_terms(V, far=far), power * self.power, weight, far=far))
+        return found[0], found[1]
 
     def corners(self) -> np.ndarray:
         """Of the profile, and where it passes 1."""
@@ -217,9 +233,11 @@ class LoopGainShape:
         return size > 1 if self.power > 0 else size < 1
 
     def _factor(self, axis: Axis) -> np.ndarray:
+        """Zero where nothing is asked, not a number where infinitely much is: there `ends` has the limit."""
         size = self.profile.magnitude(axis.omega) * self.scale
-        usable = self._wanted(axis.omega) & (size > 0) & np.isfinite(size)
-        return np.where(usable, np.where(usable, size, 1.0) ** float(self.power), 0.0)
+        with np.errstate(divide="ignore"):
+            factor = size ** float(self.power)
+        return np.where(self._wanted(axis.omega), np.where(np.isfinite(factor), factor, math.nan), 0.0)
 
     def _scalar(self, S: np.ndarray) -> np.ndarray:
         """|L⁻¹| or |L| (k,) of a single point."""

@@ -96,6 +96,10 @@ class MuShape:
         """None: μ is no singular value."""
         return None
 
+    def ends(self, T: Realisation, sampled: bool) -> tuple[float, float]:
+        """It has a value at every frequency."""
+        return math.nan, math.nan
+
     def corners(self) -> np.ndarray:
         """None."""
         return np.zeros(0)

@@ -29,6 +29,10 @@ Piece = tuple[float, np.ndarray, str]  # value, W (p, m) with ∂value = Re Σ c
 WORST_VECTORS = 1e6  # condition of eigenvectors that still gives a response to ten digits
 SAFE_FEEDTHROUGH = 1e-3  # γ² − σ_max(D)² over γ² above which the Hamiltonian may be formed by inversion
 NEAR_AXIS = 1e-5  # |Re λ|/‖H‖ of a Hamiltonian eigenvalue worth a look; evaluation decides
+BESIDE = 1e-4  # of the first frequency off an end: a limit's gradient there is right to the square of it
+NO_END = (
+    "towards ω = {} the limit vanishes beside the response, or asks for more than any gain; the measure is infinite."
+)
 SMALLEST_W_PIVOT = 1e-9  # of I + A of a sampled system: a pole this close to z = −1 is taken as unstable
 
 
@@ -45,6 +49,10 @@ class Shape(Protocol):
 
     def system(self, T: Realisation, sampled: bool) -> Realisation | None:
         """A continuous system whose largest singular value is `size`, or None; T in the w plane if sampled."""
+        ...
+
+    def ends(self, T: Realisation, sampled: bool) -> tuple[float, float]:
+        """Limits of `size` at ω = 0 and ∞ where it is 0·∞; NaN where it has a value of its own."""
         ...
 
     def corners(self) -> np.ndarray:
@@ -181,7 +189,8 @@ class PeakMeasure:
         reason = state.reason or self.shape.refusal(state.system)
         if reason:
             return infinite(reason)
-        size = self._size(state)
+        ends = self._ends(state)
+        size = self._size(state, tuple(-math.inf if end == math.inf else end for end in ends))
         rational = (
             None if self.channel.delayed else self.shape.system(state.system, self.channel.sample_time is not None)
         )
@@ -193,6 +202,7 @@ class PeakMeasure:
         for omega, value in found:
             if value < found[0][1] * (1 - NEAR) and pieces:
                 continue
+            omega = _beside(omega, grid, ends)
             axis = Axis.of(np.array([omega]), self.channel.sample_time)
             for piece, W, where in self.shape.pieces(axis, state.response(axis)):
                 if not np.isfinite(W).all():
@@ -209,23 +219,26 @@ class PeakMeasure:
         reason = state.reason or self.shape.refusal(state.system)
         if reason:
             return infinite(reason)
+        ends = self._ends(state)
+        if math.inf in ends:
+            return infinite(NO_END.format("0" if math.isinf(ends[0]) else "∞"), method="limit at the end of the axis")
         h = self.channel.sample_time
         rational = None if self.channel.delayed else self.shape.system(state.system, h is not None)
         if rational is not None and self.full and _stable(rational):
             peak = peak_gain(*rational)
             omega = peak.frequency if h is None else 2 / h * math.atan(peak.frequency * h / 2)
             method = "certified bracket, Hamiltonian" + (" in the w plane" if h is not None else "")
-            upper, value = peak.upper, peak.value
+            upper, value, near_omega = peak.upper, peak.value, omega
         else:
             grid = self._grid(state, "dense")
-            omega, value = peaks(self._size(state), grid)[0]
-            upper = value
+            omega, value = peaks(self._size(state, ends), grid)[0]
+            upper, near_omega = value, _beside(omega, grid, ends)
             method = f"grid of {len(grid)} frequencies, refined" + (
                 "; dead times exact" if self.channel.delayed else ""
             )
         label = ""
         if math.isfinite(value):
-            axis = Axis.of(np.array([omega]), h)
+            axis = Axis.of(np.array([near_omega]), h)
             label = next((where for _, _, where in self.shape.pieces(axis, state.response(axis))), "")
         return Value(value=value, frequency=omega, channel=label, method=method, upper=upper)
 
@@ -235,10 +248,18 @@ class PeakMeasure:
         h = self.channel.sample_time
         return self.band[0] == 0 and (math.isinf(self.band[1]) or (h is not None and self.band[1] >= math.pi / h))
 
-    def _size(self, state: Sampled) -> Callable[[np.ndarray], np.ndarray]:
+    def _ends(self, state: Sampled) -> tuple[float, float]:
+        """Limits at ω = 0 and ∞ where the measure has no value of its own; NaN elsewhere and outside the band."""
+        near, far = self.shape.ends(state.system, self.channel.sample_time is not None)
+        return near if self.band[0] == 0 else math.nan, far if math.isinf(self.band[1]) else math.nan
+
+    def _size(self, state: Sampled, ends: tuple[float, ...]) -> Callable[[np.ndarray], np.ndarray]:
         def size(omega: np.ndarray) -> np.ndarray:
             axis = Axis.of(omega, self.channel.sample_time)
-            return self.shape.size(axis, state.response(axis))
+            found = self.shape.size(axis, state.response(axis))
+            for at, end in zip((0.0, math.inf), ends, strict=True):
+                found = found if math.isnan(end) else np.where(omega == at, end, found)
+            return found
 
         return size
 
@@ -279,6 +300,15 @@ class PeakMeasure:
             return self.channel.response_pullback(K, np.array([omega]), W[None])
         A, B, C, _ = state.system
         return self.channel.system_pullback(K, np.zeros_like(A), np.zeros_like(B), np.zeros_like(C), W.real)
+
+
+def _beside(omega: float, grid: np.ndarray, ends: tuple[float, float]) -> float:
+    """The frequency itself, or one close to an end of the axis where only a limit has a value there."""
+    if omega == grid[0] == 0 and not math.isnan(ends[0]):
+        return float(BESIDE * grid[1])
+    if math.isinf(omega) and not math.isnan(ends[1]):
+        return float(grid[-2] / BESIDE)
+    return omega
 
 
 def _stable(system: Realisation) -> bool:

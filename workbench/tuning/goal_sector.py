@@ -225,6 +225,10 @@ class SectorShape:
             X.A - X.B @ back @ P2 @ X.C, X.B @ back, P1 @ X.C - top @ back @ P2 @ X.C, top @ back
         )  # fmt: skip
 
+    def ends(self, T: Realisation, sampled: bool) -> tuple[float, float]:
+        """It has a value at every frequency."""
+        return math.nan, math.nan
+
     def corners(self) -> np.ndarray:
         """Of the filters."""
         parts = [np.abs(part.poles()) for part in (self.left, self.right) if part is not None]

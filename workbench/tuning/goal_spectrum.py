@@ -18,6 +18,7 @@ from workbench.analysis.realisation import Realisation
 from workbench.constants import GRAVITY
 from workbench.errors import InputError
 from workbench.tuning.goal import NEAR, Bound, Goal, Value, infinite, positive
+from workbench.tuning.goal_end import first_terms, limit
 from workbench.tuning.goal_gain import check_signals
 from workbench.tuning.goal_peak import Axis, PeakMeasure, Piece, sampled
 from workbench.tuning.goal_search import seeds
@@ -130,6 +131,12 @@ def _amplitudes(densities: Densities, omega: np.ndarray, *, ended: bool = False)
     return np.stack(columns, axis=1)
 
 
+def weight_end(densities: Densities, *, far: bool, ended: bool = False) -> tuple[np.ndarray, np.ndarray]:
+    """Powers and coefficients (m,) of √S_j at an end of the axis; `ended`: none beyond breakpoints."""
+    ends = [(0, 0.0) if ended and density.breakpoints is not None else density.end(far=far) for density in densities]
+    return np.array([power for power, _ in ends]), np.array([size for _, size in ends])
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class DensityShape:
     """The largest over the outputs of √(Σ_j |T_ij|² S_j / mask)."""
@@ -160,6 +167,18 @@ class DensityShape:
         """None: breakpoints are not rational."""
         return None
 
+    def ends(self, T: Realisation, sampled: bool) -> tuple[float, float]:
+        """Limits at ω = 0 and ∞ where a density or the mask is 0 or ∞ there."""
+        found = [math.nan, math.nan]
+        for k, far in enumerate((False, True)):
+            power, size = weight_end(self.densities, far=far)
+            mask_power, mask_size = self.mask.end(far=far)
+            if (power != mask_power).any() and not (far and sampled):
+                weight = size / (mask_size * self.unit)
+                limits = limit(*first_terms(T, far=far), power - mask_power, weight, far=far)
+                found[k] = float(np.linalg.norm(limits, axis=1).max())
+        return found[0], found[1]
+
     def corners(self) -> np.ndarray:
         """Of the densities and the mask."""
         return np.concatenate([profile.corners() for profile in (*self.densities, self.mask)])
@@ -171,7 +190,8 @@ class DensityShape:
     def _weight(self, axis: Axis) -> np.ndarray:
         with np.errstate(divide="ignore", invalid="ignore"):
             weight = _amplitudes(self.densities, axis.omega) / (self.mask.magnitude(axis.omega) * self.unit)[:, None]
-        return np.where(np.isfinite(weight), weight, np.nan)
+        at_end = (axis.omega == 0) | np.isinf(axis.omega)
+        return np.where(at_end[:, None] & ~(np.isfinite(weight) & (weight > 0)), np.nan, weight)  # `ends` has the limit
 
     def _rows(self, axis: Axis, T: np.ndarray) -> np.ndarray:
         return np.sqrt(np.sum(np.abs(T * self._weight(axis)[:, None, :]) ** 2, axis=2))
@@ -215,9 +235,11 @@ class RmsMeasure:
             return infinite(state.reason), nothing, nothing, nothing
         h = self.channel.sample_time
         low, high = self._band()
-        if math.isinf(high) and self._endless(state.system):
-            reason = "the output's PSD does not fall off, so its rms is infinite; add a filter or a focus band."
-            return infinite(reason), nothing, nothing, nothing
+        for far, within in ((False, low == 0), (True, math.isinf(high))):
+            if within and self._diverges(state.system, far=far):
+                where = "does not fall off" if far else "grows too fast towards ω = 0"
+                reason = f"the output's PSD {where}, so its rms is infinite; add a filter or a focus band."
+                return infinite(reason), nothing, nothing, nothing
         corners = np.concatenate([density_.corners() for density_ in self.densities])
         poles = state.poles if h is None else state.poles.real + 2j / h * np.arctan(state.poles.imag * h / 2)
         grid = seeds(poles, corners, (low, high), density)
@@ -243,9 +265,12 @@ class RmsMeasure:
         h = self.channel.sample_time
         return low, high if h is None else min(high, math.pi / h)
 
-    def _endless(self, system: Realisation) -> bool:
-        far = _amplitudes(self.densities, np.array([math.inf]), ended=True)[0]
-        return bool(np.any(np.abs(system.D) * far > 0)) and not self.channel.delayed
+    def _diverges(self, system: Realisation, *, far: bool) -> bool:
+        """Whether ∫ |T_ij|² S_j df has no bound at an end: |T_ij| √S_j falls no faster than a constant, or grows."""
+        power, size = weight_end(self.densities, far=far, ended=True)
+        order, term = first_terms(system, far=far)
+        total, present = order + power, term * size != 0
+        return bool(np.any(present & (total >= 0 if far else total < 0)))
 
 
 def frequency_nodes(grid: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:

@@ -11,14 +11,17 @@ beyond the ends constant.
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import zip_longest
 from typing import Any
 
 import numpy as np
 
-from workbench.analysis.realisation import Realisation, responder
+from workbench.analysis.realisation import EPS, Realisation, balanced, responder
 from workbench.errors import InputError
 from workbench.lti.plant import Plant
+from workbench.tuning.goal_end import first_terms
 
+NEAR_ZERO = 1e-7  # of the smallest root: |G| there is its first term to the square of that
 WeightLike = Any  # float | matrix | Plant | python-control system | (numerator, denominator)
 ProfileLike = Any  # the same, scalar, or a mapping of breakpoints
 
@@ -53,15 +56,23 @@ class Filter:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Profile:
-    """A positive magnitude over frequency: a constant, a transfer function's, or breakpoints."""
+    """A positive magnitude over frequency: a constant, breakpoints, or a transfer function's.
+
+    That is |factor ∏(s − zeros)/∏(s − poles)|, or given by states: then every frequency is solved for, since zeros lose
+    what is small beside the rest.
+    """
 
     constant: float | None = None
-    numerator: np.ndarray | None = None
-    denominator: np.ndarray | None = None
     breakpoints: np.ndarray | None = None  # (k, 2): ω [rad/s] rising, magnitude
+    factor: float = 1.0
+    zeros: np.ndarray | None = None
+    poles: np.ndarray | None = None
+    forward: Realisation | None = None  # of the transfer function, where it is proper
+    backward: Realisation | None = None  # of its inverse, where that is
+    states: bool = False  # whether `forward` itself is the function
 
     def magnitude(self, omega: np.ndarray) -> np.ndarray:
-        """|p(jω)| (k,); may be infinite or zero at ω = 0 and ∞."""
+        """|p(jω)| (k,); may be infinite or zero at ω = 0 and ∞, and where a root lies on the axis."""
         omega = np.asarray(omega, float)
         if self.constant is not None:
             return np.full(len(omega), self.constant)
@@ -69,38 +80,71 @@ class Profile:
             at, size = np.log(self.breakpoints).T
             with np.errstate(divide="ignore"):
                 return np.exp(np.interp(np.log(omega), at, size))
-        return self._rational(omega)
+        power, end = self.end(far=True)
+        finite = np.isfinite(omega)
+        end = end if power == 0 else (math.inf if power > 0 else 0.0)
+        return np.where(finite, self._rational(np.where(finite, omega, 1.0)), end)
 
     def _rational(self, omega: np.ndarray) -> np.ndarray:
-        top, bottom = self.numerator, self.denominator
-        if top is None or bottom is None:
-            raise TypeError("a profile must have a constant, breakpoints or a transfer function")  # a defect of ours
-        finite = np.isfinite(omega)
-        s = 1j * np.where(finite, omega, 0.0)
-        with np.errstate(divide="ignore"):
-            size = np.abs(np.polyval(top, s)) / np.abs(np.polyval(bottom, s))
-        rise = len(top) - len(bottom)
-        end = abs(float(top[0] / bottom[0])) if rise == 0 else (math.inf if rise > 0 else 0.0)
-        return np.where(finite, size, end)
+        zeros, poles = self._roots()
+        if not self.states or self.forward is None:
+            size = np.full(len(omega), abs(self.factor))
+            with np.errstate(divide="ignore", over="ignore"):
+                for zero, pole in zip_longest(zeros, poles):  # in turn, so that no product overflows
+                    size *= np.abs(1j * omega - zero) if zero is not None else 1.0
+                    size /= np.abs(1j * omega - pole) if pole is not None else 1.0
+            return size
+        A, B, C, D = self.forward
+        size = np.zeros(len(omega))
+        if (power := np.sum(zeros == 0) - np.sum(poles == 0)) < 0:
+            size[omega == 0] = math.inf
+        solved = omega != 0 if power else np.ones(len(omega), bool)
+        if solved.any():
+            s = 1j * omega[solved, None, None]
+            size[solved] = np.abs(
+                D + C @ np.linalg.solve(s * np.eye(len(A)) - A, np.broadcast_to(B, (len(s), *B.shape)))
+            )[:, 0, 0]
+        return size
+
+    def end(self, *, far: bool) -> tuple[int, float]:
+        """(k, c): the magnitude tends to c ωᵏ at ω → 0 or ∞."""
+        if self.constant is not None:
+            return 0, self.constant
+        if self.breakpoints is not None:
+            return 0, float(self.breakpoints[-1 if far else 0, 1])
+        zeros, poles = self._roots()
+        power = int(np.sum(zeros == 0) - np.sum(poles == 0))
+        if self.states and self.forward is not None:
+            if far:
+                powers, sizes = first_terms(self.forward, far=True)
+                return int(powers[0, 0]), abs(float(sizes[0, 0]))
+            smallest = NEAR_ZERO * float(np.abs(np.r_[zeros, poles][np.r_[zeros, poles] != 0]).min(initial=math.inf))
+            smallest = smallest if math.isfinite(smallest) else 1.0  # a power of s: the same everywhere
+            return power, float(self._rational(np.array([smallest]))[0]) / smallest**power
+        if far:
+            return len(zeros) - len(poles), abs(self.factor)
+        size = np.log(np.abs(zeros[zeros != 0])).sum() - np.log(np.abs(poles[poles != 0])).sum()
+        return power, abs(self.factor) * float(np.exp(size))
 
     def system(self, power: int) -> Realisation | None:
         """A realisation of p or 1/p (power ±1) that is proper and stable; None if there is none."""
         if self.constant is not None:
             return _static(np.array([[self.constant**power]]))
-        if self.numerator is None or self.denominator is None:
-            return None
-        top, bottom = (self.numerator, self.denominator) if power > 0 else (self.denominator, self.numerator)
-        if len(top) > len(bottom) or np.any(np.roots(bottom).real >= 0):
-            return None
-        return _from_polynomials(top, bottom)
+        found, roots = (self.forward, self.poles) if power > 0 else (self.backward, self.zeros)
+        return None if found is None or roots is None or np.any(roots.real >= 0) else found
 
     def corners(self) -> np.ndarray:
         """Frequencies where its slope changes, as points a search must not miss."""
         if self.breakpoints is not None:
             return self.breakpoints[:, 0]
-        if self.numerator is None or self.denominator is None:
+        if self.constant is not None:
             return np.zeros(0)
-        return np.abs(np.concatenate([np.roots(self.numerator), np.roots(self.denominator)]))
+        return np.abs(np.concatenate(self._roots()))
+
+    def _roots(self) -> tuple[np.ndarray, np.ndarray]:
+        if self.zeros is None or self.poles is None:
+            raise TypeError("a profile must have a constant, breakpoints or roots")  # a defect of ours
+        return self.zeros, self.poles
 
 
 def filter_of(what: str, value: WeightLike, size: int, *, side: str) -> Filter:
@@ -140,10 +184,62 @@ def profile_of(what: str, value: ProfileLike) -> Profile:
                 f"{what} must be positive and finite; got {value!r}. Give a size, a filter or breakpoints."
             )
         return Profile(constant=number)
-    top, bottom = _polynomials(what, value)
+    if isinstance(value, tuple) and len(value) == 2:
+        return _of_polynomials(what, *_polynomials(what, value))
+    if hasattr(value, "num_list"):  # a TransferFunction of python-control: its own numbers, through no realisation
+        if value.ninputs != 1 or value.noutputs != 1:
+            raise InputError(f"{what} must be scalar; got {value.noutputs} outputs and {value.ninputs} inputs.")
+        if value.dt:
+            raise InputError(
+                f"{what} must be in continuous time; got sample time {value.dt}. Convert it with d2c first."
+            )
+        return _of_polynomials(what, *_polynomials(what, (value.num_list[0][0], value.den_list[0][0])))
+    return _of_system(what, _realisation(what, value))
+
+
+def _of_polynomials(what: str, top: np.ndarray, bottom: np.ndarray) -> Profile:
+    """The profile of a fraction; roots at zero are those of vanishing last coefficients."""
     if not top.any():
         raise InputError(f"{what} must not vanish; got the zero transfer function. Give a positive magnitude.")
-    return Profile(numerator=top, denominator=bottom)
+    zeros, poles = np.roots(top), np.roots(bottom)
+    zeros, poles = _without_common_zero(zeros, poles)
+    return Profile(
+        factor=float(top[0] / bottom[0]), zeros=zeros, poles=poles,
+        forward=_from_polynomials(top, bottom) if len(top) <= len(bottom) else None,
+        backward=_from_polynomials(bottom, top) if len(top) >= len(bottom) else None,
+    )  # fmt: skip
+
+
+def _of_system(what: str, system: Realisation) -> Profile:
+    """The profile of a state space by its zeros and poles, which keep coefficients of any size."""
+    from ctrlsys import ab08nd
+    from scipy.linalg import eigvals
+
+    if system.D.shape != (1, 1):
+        raise InputError(f"{what} must be scalar; got shape {system.D.shape}. A profile is one magnitude.")
+    A, B, C, D = system = balanced(*system)
+    n = len(A)
+    if n == 0:
+        return profile_of(what, abs(float(D[0, 0])))
+    count, rank, *_, top, bottom, _ = ab08nd("S", n, 1, 1, *(np.asfortranarray(part) for part in system))
+    if rank == 0:
+        raise InputError(f"{what} must not vanish; got the zero transfer function. Give a positive magnitude.")
+    rounding = n * EPS * np.linalg.norm(A, 2)
+    roots = (eigvals(top[:count, :count], bottom[:count, :count]) if count else np.zeros(0), np.linalg.eigvals(A))
+    zeros, poles = _without_common_zero(*(np.where(np.abs(found) <= rounding, 0.0, found) for found in roots))
+    inverse = Realisation(A - B @ C / D, B / D, -C / D, 1 / D) if D[0, 0] else None
+    return Profile(zeros=zeros, poles=poles, forward=system, backward=inverse, states=True)
+
+
+def _without_common_zero(zeros: np.ndarray, poles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Zeros and poles without the roots at the origin that both have."""
+    common = min(int(np.sum(zeros == 0)), int(np.sum(poles == 0)))
+    kept = []
+    for roots in (zeros, poles):
+        keep = np.ones(len(roots), bool)
+        keep[np.flatnonzero(roots == 0)[:common]] = False
+        kept.append(roots[keep])
+    return kept[0], kept[1]
 
 
 def _static(D) -> Realisation:
@@ -181,17 +277,7 @@ def _realisation(what: str, value: WeightLike) -> Realisation:
 
 def _polynomials(what: str, value) -> tuple[np.ndarray, np.ndarray]:
     """Numerator and denominator, highest power first, without leading zeros."""
-    if isinstance(value, tuple) and len(value) == 2:
-        top, bottom = (np.atleast_1d(np.asarray(part, float)) for part in value)
-    else:
-        from scipy.signal import ss2tf
-
-        system = _realisation(what, value)
-        if system.D.shape != (1, 1):
-            raise InputError(f"{what} must be scalar; got shape {system.D.shape}. A profile is one magnitude.")
-        rows, bottom = ss2tf(*system) if len(system.A) else (system.D, np.ones(1))
-        top = np.atleast_2d(rows)[0]
-        top[np.abs(top) < 1e-14 * np.abs(top).max(initial=0)] = 0  # rounding of ss2tf where the order is lower
+    top, bottom = (np.atleast_1d(np.asarray(part, float)) for part in value)
     top, bottom = np.trim_zeros(top, "f"), np.trim_zeros(bottom, "f")
     if len(bottom) == 0 or not (np.isfinite(top).all() and np.isfinite(bottom).all()):
         raise InputError(f"{what} must have a finite, nonzero denominator; got {value!r}.")
