@@ -194,3 +194,22 @@ def test_a_sensitivity_that_is_not_square_is_refused():
 def test_a_tolerance_finer_than_the_scalings_is_refused():
     with pytest.raises(InputError, match=r"tolerance must lie between 1e-4 and 0\.1; got 1e-09"):
         disk_margin([[-1.0]], [[1.0]], [[1.0]], [[1.0]], tolerance=1e-9)
+
+
+@pytest.mark.parametrize("time", [1e-6, 1.0, 1e6])
+@pytest.mark.parametrize("way", ["both ways", "one way", "not at all"])
+def test_the_margins_are_the_same_in_all_units_of_time_states_and_channels(time, way):
+    rng = np.random.default_rng(4)
+    A, B, C = rng.normal(size=(4, 4)), rng.normal(size=(4, 3)), 0.2 * rng.normal(size=(3, 4))
+    A = A - (np.linalg.eigvals(A).real.max() + 0.5) * np.eye(4) + (B @ C if way == "both ways" else 0)  # closed: stable
+    if way != "both ways":  # channel 1 does not see what the others do, and they see it or not
+        A, B, C = (np.kron(np.eye(2), M) for M in (A[:2, :2], B[:2, :1], C[:1, :2]))
+        C[1, 0] = 0.3 if way == "one way" else 0.0
+    count, plain = len(C), disk_margin(*sensitivity(A, B, C, np.zeros((len(C), len(C)))))
+    assert plain.lower >= plain.upper / 1.0011
+    for _ in range(2):
+        T, S = (np.diag(10 ** rng.uniform(-6, 6, size=k)) for k in (len(A), count))
+        loop = time * T @ A @ np.linalg.inv(T), time * T @ B @ np.linalg.inv(S), S @ C @ np.linalg.inv(T)
+        found = disk_margin(*sensitivity(*loop, np.zeros((count, count))))
+        assert found.lower == pytest.approx(plain.lower, rel=1e-6)
+        assert found.upper == pytest.approx(plain.upper, rel=1e-6)

@@ -91,3 +91,28 @@ def test_systems_that_have_no_norm_are_refused():
         bounded_real([system(0), system(0, order=4)])
     with pytest.raises(InputError, match="at least one system"):
         bounded_real([])
+
+
+@pytest.mark.parametrize("inputs", [1e-6, 1.0, 1e6])
+@pytest.mark.parametrize(("outputs", "time"), [(1.0, 1.0), (1e6, 1e-6), (1e-6, 1e6)])
+def test_the_bounds_are_as_tight_in_any_units(inputs, outputs, time):
+    T = np.diag([1e5, 1e-4, 1.0, 1e3, 1e-6])
+    A, B, C, D = system(2)
+    A, B, C = time * T @ A @ np.linalg.inv(T), time * inputs * T @ B, outputs * C @ np.linalg.inv(T)
+    D = inputs * outputs * D
+    found, peak = bounded_real([(A, B, C, D)]), peak_gain(A, B, C, D)
+    assert peak.lower <= found.bound
+    assert found.bound == pytest.approx(peak.value, rel=1e-6)
+    # P is in the units of what was given: the dissipation it proves, in units where its diagonal is 1
+    size = 1 / np.sqrt(np.diag(found.P))
+    fall = found.P @ A + A.T @ found.P + C.T @ C
+    side = found.P @ B + C.T @ D
+    fall = fall + side @ np.linalg.solve((1 + 1e-9) * found.bound**2 * np.eye(2) - D.T @ D, side.T)
+    assert np.linalg.eigvalsh(fall * np.outer(size, size))[-1] < 1e-6 * time
+    assert h2_bound([(A, B, C)]).bound == pytest.approx(h2_norm(A, B, C), rel=1e-6)
+
+
+def test_one_input_in_other_units_does_not_hide_the_others():
+    A, B, C, D = system(3)
+    B, D = B * [1e6, 1.0], D * [1e6, 1.0]
+    assert bounded_real([(A, B, C, D)]).bound == pytest.approx(peak_gain(A, B, C, D).value, rel=1e-6)

@@ -1,6 +1,7 @@
 """Disk margin: how far the gain and phase of all channels may change at the same time, each in its own way.
 
-    S --> M = S − I/2 = (S − T)/2 --> μ(M(jω)) from below: a perturbation that destabilises  --> α = 1 / sup μ
+    S --> M = S − I/2 = (S − T)/2, channels in balanced units
+                                  --> μ(M(jω)) from below: a perturbation that destabilises  --> α = 1 / sup μ
                                       and above: scalings, one per band of frequencies
 
 Every channel i is multiplied by its own f_i = (1 + δ_i/2)/(1 − δ_i/2) with a stable, otherwise arbitrary δ_i, |δ_i| <
@@ -15,7 +16,7 @@ import numpy as np
 
 from workbench.analysis.norm import intervals_above, peak_gain
 from workbench.analysis.realisation import Realisation, checked, responder, stable_poles
-from workbench.analysis.structured import scaling_below, worst_turn
+from workbench.analysis.structured import balancing, scaling_below, worst_turn
 from workbench.errors import InputError
 from workbench.result import Result, Row
 
@@ -133,12 +134,21 @@ def disk_margin(A, B, C, D, *, tolerance: float = 1e-3) -> DiskMargin:
     )
 
 
+def _scaled(M: Realisation, d: np.ndarray) -> Realisation:
+    """diag(d) M diag(d)⁻¹."""
+    A, B, C, D = M
+    return Realisation(A, B / d, d[:, None] * C, d[:, None] * D / d)
+
+
 class _Cover:
     """The work of `disk_margin`: bands that cover all frequencies at a level, which rises only as far as it must."""
 
     def __init__(self, M: Realisation, poles: np.ndarray, tolerance: float) -> None:
-        self.M, self.poles, self.tolerance = M, poles, tolerance
-        self.response = responder(*M)
+        self.poles, self.tolerance = poles, tolerance
+        # μ does not see the channels' units, and nothing after this does
+        self.units = np.exp(balancing(responder(*M)(self._samples(0.0, math.inf))))
+        self.M = _scaled(M, self.units)
+        self.response = responder(*self.M)
         self.worst = (0.0, 0.0, np.ones(len(M.D), dtype=complex))  # largest ρ(Q M), its frequency, Q
         self.level = 0.0
         self.bands: list[Band] = []
@@ -149,7 +159,7 @@ class _Cover:
         samples = self._samples(0.0, math.inf)
         values = self.response(samples)
         if not values.any():
-            self.bands.append(Band(low=0.0, high=math.inf, scaling=np.exp(x)))
+            self.bands.append(Band(low=0.0, high=math.inf, scaling=self.units))
             return
         self._look_for_worse(samples, values, x)
         waiting = [(0.0, math.inf)]
@@ -173,9 +183,8 @@ class _Cover:
             waiting += self._cover(low, high, x)
         if waiting:  # many narrow bands left: one scaling for all of them, at whatever level that takes
             d = np.exp(x)
-            A, B, C, D = self.M
-            self.level = max(self.level, peak_gain(A, B / d, d[:, None] * C, d[:, None] * D / d).upper)
-            self.bands += [Band(low=low, high=high, scaling=d) for low, high in waiting]
+            self.level = max(self.level, peak_gain(*_scaled(self.M, d)).upper)
+            self.bands += [Band(low=low, high=high, scaling=d * self.units) for low, high in waiting]
 
     def _goal(self) -> float:
         """What a scaling should reach at the samples, a little under the level so that it holds between them too."""
@@ -194,18 +203,17 @@ class _Cover:
     def _cover(self, low: float, high: float, x: np.ndarray) -> list[tuple[float, float]]:
         """Notes the parts of a band where the scaling x holds, and returns the others."""
         d = np.exp(x)
-        A, B, C, D = self.M
-        left_over, reached = [], low
-        for start, end in intervals_above(A, B / d, d[:, None] * C, d[:, None] * D / d, self.level):
+        scaling, left_over, reached = d * self.units, [], low
+        for start, end in intervals_above(*_scaled(self.M, d), self.level):
             start, end = max(start, low), min(end, high)
             if start >= end:
                 continue
             if start > reached:
-                self.bands.append(Band(low=reached, high=start, scaling=d))
+                self.bands.append(Band(low=reached, high=start, scaling=scaling))
             left_over.append((start, end))
             reached = end
         if reached < high:
-            self.bands.append(Band(low=reached, high=high, scaling=d))
+            self.bands.append(Band(low=reached, high=high, scaling=scaling))
         return left_over
 
     def _samples(self, low: float, high: float) -> np.ndarray:

@@ -11,11 +11,13 @@ Source: Boyd, El Ghaoui, Feron & Balakrishnan (1994), sections 2.7.3 and 6.3; Sc
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
+from workbench.analysis.norm import h2_norm, peak_gain
 from workbench.analysis.realisation import Realisation, checked, stable_poles
 from workbench.convex.lyapunov import scaling
 from workbench.convex.semidefinite import Answer, Inequality, hermitian, minimise, symmetric_basis
@@ -67,7 +69,7 @@ def bounded_real(systems: Sequence[Sequence], *, seconds: float = 60.0) -> GainB
     InputError
         If a system is unstable or the sizes differ.
     """
-    family = _family(systems)
+    family, units = _in_unit_size(_family(systems), lambda s: peak_gain(*s).value)
     factor, scaled = _scaled(family)
     n, m = family[0].B.shape
     basis = symmetric_basis(n)
@@ -84,7 +86,7 @@ def bounded_real(systems: Sequence[Sequence], *, seconds: float = 60.0) -> GainB
         F0.append(-np.block([[C.T @ C, C.T @ D], [D.T @ C, D.T @ D]]))
     answer = _solved(F0, F, basis, seconds)
     claimed = math.sqrt(max(float(answer.x[-1]), 0.0))
-    return _judged("H-infinity", answer, scaled, factor, claimed, _energy_gain)
+    return _judged("H-infinity", answer, scaled, factor, claimed, _energy_gain, units)
 
 
 def h2_bound(systems: Sequence[Sequence], *, seconds: float = 60.0) -> GainBound:
@@ -95,6 +97,7 @@ def h2_bound(systems: Sequence[Sequence], *, seconds: float = 60.0) -> GainBound
     family = _family(systems)
     if any(system.D.any() for system in family):
         raise InputError("the H2 norm of a system with feedthrough is infinite; got D ≠ 0. Leave the feedthrough out.")
+    family, units = _in_unit_size(family, lambda s: h2_norm(s.A, s.B, s.C), power=0.5)
     factor, scaled = _scaled(family)
     basis = symmetric_basis(len(factor))
     F0, F, powers = [], [], []
@@ -106,7 +109,7 @@ def h2_bound(systems: Sequence[Sequence], *, seconds: float = 60.0) -> GainBound
     below = Inequality(np.zeros((len(F), 1, 1)), np.array(powers)[:, :, None, None])
     answer = _solved(F0, F, basis, seconds, below)
     claimed = math.sqrt(max(float(answer.x[-1]), 0.0))
-    return _judged("H2", answer, scaled, factor, claimed, _power)
+    return _judged("H2", answer, scaled, factor, claimed, _power, units)
 
 
 def _family(systems) -> list[Realisation]:
@@ -119,6 +122,41 @@ def _family(systems) -> list[Realisation]:
     for number, system in enumerate(family):
         stable_poles(system.A, f"A of system {number}", "The norm of an unstable system has no meaning.")
     return family
+
+
+class _Units(NamedTuple):
+    """What the solver's numbers count in: the norm, and the form P."""
+
+    norm: float
+    form: float
+
+
+def _in_unit_size(
+    family: list[Realisation], norm: Callable[[Realisation], float], power: float = 0.0
+) -> tuple[list[Realisation], _Units]:
+    """The family in units of time, inputs and outputs for which poles, output energy and the largest norm are near 1.
+
+    With time times `pace`, outputs over κ and inputs over β, P is κ²/pace times the solver's and a norm βκ pace^power
+    times it. The solver's tolerances are absolute; without this its answer depends on the units.
+    """
+    pace = float(np.exp(np.mean([np.log(np.abs(np.linalg.eigvals(s.A))) for s in family]))) if len(family[0].A) else 1.0
+    slower = [Realisation(s.A / pace, s.B / pace, s.C, s.D) for s in family]
+    lower, seen = _scaled([Realisation(s.A, s.B, s.C / (np.linalg.norm(s.C) or 1.0), s.D) for s in slower])
+    energies = [
+        np.linalg.norm(s.C) ** 2 * np.trace(_observed(t)) for s, t in zip(slower, seen, strict=True)
+    ]  # fmt: skip
+    kappa = math.sqrt(max(float(np.mean(energies)) / max(len(lower), 1), 0.0)) or 1.0
+    largest = max(norm(s) for s in slower) or 1.0
+    beta = largest / kappa
+    sized = [Realisation(s.A, s.B / beta, s.C / kappa, s.D / largest) for s in slower]
+    return sized, _Units(largest * pace**power, kappa**2 / pace)
+
+
+def _observed(system: Realisation) -> np.ndarray:
+    """P of A'P + PA + C'C = 0."""
+    from scipy.linalg import solve_continuous_lyapunov
+
+    return solve_continuous_lyapunov(system.A.T, -system.C.T @ system.C)
 
 
 def _scaled(family: list[Realisation]) -> tuple[np.ndarray, list[Realisation]]:
@@ -139,7 +177,9 @@ def _solved(F0, F, basis, seconds: float, *more: Inequality) -> Answer:
                     seconds=seconds)  # fmt: skip
 
 
-def _judged(norm: str, answer: Answer, scaled: list[Realisation], lower, claimed: float, proved) -> GainBound:
+def _judged(
+    norm: str, answer: Answer, scaled: list[Realisation], lower, claimed: float, proved, units: _Units
+) -> GainBound:
     """The best bound that P, lifted by a multiple of a form that decays along every system, proves."""
     from scipy.linalg import solve_continuous_lyapunov
 
@@ -155,8 +195,10 @@ def _judged(norm: str, answer: Answer, scaled: list[Realisation], lower, claimed
         if bounds[worst] < best[0]:
             best = (float(bounds[worst]), worst, P)
     bound, worst, P = best
-    return GainBound(norm=norm, holds=math.isfinite(bound), bound=bound, claimed=claimed, P=lower @ P @ lower.T,
-                     worst=worst, solver_status=answer.status)  # fmt: skip
+    return GainBound(
+        norm=norm, holds=math.isfinite(bound), bound=bound * units.norm, claimed=claimed * units.norm,
+        P=lower @ P @ lower.T * units.form, worst=worst, solver_status=answer.status,
+    )  # fmt: skip
 
 
 def _definite(M: np.ndarray) -> bool:

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from workbench.tuning.structure import Controller
 
 BISECTIONS = 60
+FINEST = 1e-4  # tolerance of the disk margin where a limit lies inside its bracket
 NO_ROLL_OFF = "the loop gain is 1 or more at all high frequencies; any dead time is too long."
 
 
@@ -132,6 +133,8 @@ class DiskMeasure:
             return infinite(state.reason)
         alpha, h = self.peak.shape.alpha, self.peak.channel.sample_time  # pyright: ignore[reportAttributeAccessIssue]
         disk = disk_margin(*state.system)
+        if disk.lower < alpha <= disk.upper:  # a bracket that leaves the question open is narrowed
+            disk = disk_margin(*state.system, tolerance=FINEST)
         omega = disk.frequency if h is None else 2 / h * math.atan(disk.frequency * h / 2)
         return Value(
             value=alpha / disk.upper, upper=alpha / disk.lower, frequency=omega,
