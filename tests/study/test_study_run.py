@@ -304,7 +304,7 @@ def test_a_csv_table_reads_back_to_the_same_numbers(study_file, tmp_path):
 
 def test_a_pareto_study_goes_on_from_its_last_design(study_file, tmp_path):
     tables = '\n[[pareto]]\nrequirement = "rms_gap_front_at_most_mm"\nlimits = [16.0, 18.0, 14.0]\n'
-    file = study_file(0, 'task = "pareto"\n', tables)
+    file = study_file(0, 'task = "pareto"\nstarts = 1\n', tables)
     study = read_study(file)
     whole = run_study(study, tmp_path / "whole")
     assert whole.columns["limit"] == pytest.approx([0.018, 0.016, 0.014])

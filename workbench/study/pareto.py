@@ -1,24 +1,23 @@
 """Pareto fronts: the best ride for each limit on stroke, margin or current, and which designs no other one beats.
 
-    sweeps --from the loosest limit, each design from the one before--> designs --nondominated--> the front
+    sweeps --trade-off: each limit from starts of its own and from its neighbours--> designs --nondominated--> the front
 
-Rows of a sweep depend on the rows before them, so they are computed one after the other, and go on from the last gains.
+What is swept is an objective beside the ride, and each design is held against the limit that it was made for.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from time import perf_counter
 from typing import Any
 
 import numpy as np
 
 from workbench.control import Gains
-from workbench.control.gains import GAIN_NAMES
 from workbench.design.problem import Problem
 from workbench.design.requirement import QUANTITIES
 from workbench.design.tradeoff import trade_off
-from workbench.errors import BudgetEnded, InfeasibleError, unknown_name
-from workbench.study.definition import Study
-from workbench.study.quantity import document_of, value_at
+from workbench.errors import unknown_name
+from workbench.study.definition import Limit, Study, Sweep
+from workbench.study.quantity import OF_REQUIREMENT, document_of, limited, value_at
 from workbench.study.store import Piece
 
 # What a front is drawn over, all to be small: name to the quantities of which the largest counts
@@ -32,58 +31,81 @@ OBJECTIVES = {
 
 def plan(study: Study) -> list[tuple[str, float]]:
     """(requirement, limit) of every row: the sweeps in turn, each from its loosest limit."""
-    out = []
-    for sweep in study.sweeps:
-        if sweep.requirement not in QUANTITIES:
-            raise unknown_name("requirement", sweep.requirement, QUANTITIES)
-        loosest_first = sorted(sweep.limits, reverse=QUANTITIES[sweep.requirement][0] == "<=")
-        out += [(sweep.requirement, limit) for limit in loosest_first]
-    return out
+    return [(sweep.requirement, limit) for sweep in study.sweeps for limit in _loosest_first(sweep)]
+
+
+def _loosest_first(sweep: Sweep) -> list[float]:
+    if sweep.requirement not in QUANTITIES:
+        raise unknown_name("requirement", sweep.requirement, QUANTITIES)
+    return sorted(sweep.limits, reverse=QUANTITIES[sweep.requirement][0] == "<=")
 
 
 def swept(
-    study: Study, problem: Problem, gains: dict[str, float] | None, quantities: Sequence[str], done: Sequence[list[Any]]
+    study: Study, problem: Problem, gains: dict[str, float] | None, quantities: Sequence[str], done: Collection[int]
 ) -> Iterator[Piece]:
-    """The rows that follow those done, one at a time."""
-    rows = plan(study)
-    at = [quantities.index(f"gains.{name}") for name in GAIN_NAMES]
-    start = Gains.from_mapping(gains) if gains else None
-    current = start
-    known = [*done]
-    for k, (requirement, limit) in enumerate(rows):
-        if k == 0 or requirement != rows[k - 1][0]:
-            current = start
-        if k == len(known):
-            begun = perf_counter()
-            known.append(_designed(study, problem, requirement, limit, current, quantities))
-            yield Piece(k, [known[k]], perf_counter() - begun)
-        if not known[k][-1]:
-            current = Gains(**{name: float(known[k][i]) for name, i in zip(GAIN_NAMES, at, strict=True)})
+    """The rows that are not done, sweep by sweep: every row of one depends on its neighbours on both sides.
 
-
-def _designed(study: Study, problem: Problem, requirement: str, limit: float, start, quantities) -> list[Any]:
-    try:
+    done : numbers of the rows that are kept already
+    """
+    start, first = Gains.from_mapping(gains) if gains else None, 0
+    for sweep in study.sweeps:
+        numbers = range(first, first + len(sweep.limits))
+        first = numbers.stop
+        if set(numbers) <= set(done):
+            continue
+        begun = perf_counter()
         found = trade_off(
-            problem, requirement, [limit], start=start, starts=max(study.starts, 1), seed=study.seed
-        ).gains[0]  # fmt: skip
-    except BudgetEnded:  # of the whole study, not of this row
-        raise
-    except InfeasibleError as error:
-        return [*(None for _ in quantities), " ".join(str(error).split())]
-    if found is None:
-        return [*(None for _ in quantities), "no design found from the one before"]
-    document = document_of(problem, found, quantities)
+            problem, sweep.requirement, sweep.limits, start=start, starts=max(study.starts, 1), seed=study.seed
+        )  # fmt: skip
+        share = (perf_counter() - begun) / len(numbers)
+        for k, own, reason in zip(numbers, found.gains, found.reasons, strict=True):
+            if k not in done:
+                yield Piece(k, [_row(problem, own, reason, quantities)], share)
+
+
+def _row(problem: Problem, gains: Gains | None, reason: str, quantities: Sequence[str]) -> list[Any]:
+    if gains is None:
+        return [*(None for _ in quantities), reason]
+    document = document_of(problem, gains, quantities)
     return [*(value_at(document, q) for q in quantities), ""]
 
 
+def limits_by_row(study: Study, problem: Problem, limits: Sequence[Limit]) -> dict[Limit, np.ndarray]:
+    """Limit to the rows (rows,) held against it: rows of a sweep against their own limit, not the problem's.
+
+    limits : the problem's, or those that the study names itself, which every row is held against
+    """
+    rows = plan(study)
+    if study.limits:
+        return {limit: np.ones(len(rows), bool) for limit in limits}
+    names = [limited(problem, requirement) for requirement, _ in rows]
+    out = {limit: np.array([limit.quantity not in own for own in names]) for limit in limits}
+    for k, (requirement, value) in enumerate(rows):
+        for quantity in names[k]:
+            limit = Limit(quantity=quantity, sense=QUANTITIES[requirement][0], value=value)
+            out[limit] = out.get(limit, np.zeros(len(rows), bool)) | (np.arange(len(rows)) == k)
+    return {limit: held for limit, held in out.items() if held.any()}
+
+
 def objectives(columns: dict[str, list[Any]]) -> tuple[list[str], np.ndarray]:
-    """Names and values (rows, k) of the objectives that are recorded; NaN where a row has none."""
+    """Names and values (rows, k) of what is to be small: `OBJECTIVES` that are recorded, and what the sweeps limit.
+
+    A quantity that is to be large counts with the other sign; NaN where a row has none.
+    """
+    wanted = {name: (parts, 1.0) for name, parts in OBJECTIVES.items()}
+    for requirement in dict.fromkeys(columns["requirement"]):
+        if requirement not in wanted:
+            large = QUANTITIES[requirement][0] == ">="
+            wanted[f"minus {requirement}" if large else requirement] = (
+                OF_REQUIREMENT[requirement],
+                -1.0 if large else 1.0,
+            )
     names, values = [], []
-    for name, parts in OBJECTIVES.items():
+    for name, (parts, sign) in wanted.items():
         own = [np.array([np.nan if v is None else v for v in columns[p]], float) for p in parts if p in columns]
         if own:
             names.append(name)
-            values.append(np.max(own, axis=0))
+            values.append(np.max([sign * v for v in own], axis=0))
     return names, np.array(values).T.reshape(-1, len(names))
 
 
@@ -92,7 +114,7 @@ def nondominated(points: np.ndarray) -> np.ndarray:
 
     points : (n, k)
     """
-    valid = np.isfinite(points).all(axis=1)
+    valid = ~np.isnan(points).any(axis=1)  # a margin that nothing limits is infinite
     out = valid.copy()
     for k in np.flatnonzero(valid):
         others = points[valid]

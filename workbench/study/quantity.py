@@ -116,7 +116,7 @@ def usual(problem: Problem, task: str) -> tuple[str, ...]:
 
 def required(problem: Problem) -> tuple[str, ...]:
     """The quantities that the problem's requirements limit, in their order."""
-    return tuple(name for r in problem.requirements for name in _limited(problem, r))
+    return tuple(name for r in problem.requirements for name in limited(problem, r.name))
 
 
 def limits_of(problem: Problem) -> tuple[Limit, ...]:
@@ -124,12 +124,13 @@ def limits_of(problem: Problem) -> tuple[Limit, ...]:
     return tuple(
         Limit(quantity=name, sense=r.sense, value=r.limit)
         for r in problem.requirements
-        for name in _limited(problem, r)
+        for name in limited(problem, r.name)
     )
 
 
-def _limited(problem: Problem, r: Requirement) -> tuple[str, ...]:
-    return _peaks(problem) if r.name == "peak sensitivity" else OF_REQUIREMENT[r.name]
+def limited(problem: Problem, requirement: str) -> tuple[str, ...]:
+    """The quantities that a requirement of that name limits."""
+    return _peaks(problem) if requirement == "peak sensitivity" else OF_REQUIREMENT[requirement]
 
 
 def _peaks(problem: Problem) -> tuple[str, ...]:

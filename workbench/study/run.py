@@ -24,8 +24,8 @@ from workbench.study.definition import Limit, Study
 from workbench.study.executor import local, serial
 from workbench.study.folder import hashes, workbench_sha256
 from workbench.study.given import Given
-from workbench.study.pareto import nondominated, objectives, plan, swept
-from workbench.study.quantity import document_of, limits_of, required, usual, value_at
+from workbench.study.pareto import limits_by_row, nondominated, objectives, plan, swept
+from workbench.study.quantity import document_of, limited, limits_of, required, usual, value_at
 from workbench.study.sampling import sample
 from workbench.study.sensitivity import Index, indices
 from workbench.study.source import Source
@@ -138,8 +138,8 @@ def _run(study: Study, folder: Path, workers: int, scheduler, fresh: bool, trust
             source.check(p.name)
     quantities = study.quantities or usual(problem, study.task)
     if study.task == "pareto":
-        quantities = (*quantities, *(q for q in usual(problem, "design") if q not in quantities))
-        plan(study)
+        more = [*usual(problem, "design"), *(q for name, _ in plan(study) for q in limited(problem, name))]
+        quantities = tuple(dict.fromkeys([*quantities, *more]))
     if not study.limits:
         quantities = (*quantities, *(q for q in required(problem) if q not in quantities))
     _check_memory(study, quantities)
@@ -163,7 +163,8 @@ def _run(study: Study, folder: Path, workers: int, scheduler, fresh: bool, trust
         samples = np.zeros((total, 0))
         if study.task == "pareto":
             missing(total, [(p.first, p.first + len(p.values)) for p in pieces], 1, 1)
-            work = swept(study, problem, gains, quantities, [row for p in pieces for row in p.values])
+            kept = {p.first + k for p in pieces for k in range(len(p.values))}
+            work = swept(study, problem, gains, quantities, kept)
         else:
             samples = sample(study)
             work = _work(study, source, quantities, samples, pieces, size, workers, scheduler)
@@ -179,7 +180,8 @@ def _run(study: Study, folder: Path, workers: int, scheduler, fresh: bool, trust
             "seed": study.seed, "rows": total, "finished": created, "wall_seconds_of_last_run": perf_counter() - begun,
             "compute_seconds": sum(p.seconds for p in pieces),
         }  # fmt: skip
-        result = _summed_up(study, folder, samples, rows, quantities, limits, provenance)
+        held = limits_by_row(study, problem, limits) if study.task == "pareto" else dict.fromkeys(limits)
+        result = _summed_up(study, folder, samples, rows, quantities, held, provenance)
         write_study(result.table, result.columns, provenance)
         write_text(folder / "summary.json", json.dumps(result.to_dict(), indent=1, ensure_ascii=False) + "\n")
     return result
@@ -200,7 +202,7 @@ def _work(study: Study, source: Source, quantities, samples, pieces: list[Piece]
     return serial(task, ranges) if workers <= 1 else local(task, ranges, workers)
 
 
-def _summed_up(study: Study, folder: Path, samples, rows, quantities, limits, provenance) -> StudyResult:
+def _summed_up(study: Study, folder: Path, samples, rows, quantities, held, provenance) -> StudyResult:
     columns: dict[str, list[Any]] = {"row": list(range(len(rows)))}
     if study.task == "pareto":
         columns["requirement"], columns["limit"] = (list(part) for part in zip(*plan(study), strict=True))
@@ -211,14 +213,14 @@ def _summed_up(study: Study, folder: Path, samples, rows, quantities, limits, pr
         columns["nondominated"] = nondominated(objectives(columns)[1]).tolist()
     numbers = {q: np.array([np.nan if v is None else float(v) for v in columns[q]], float) for q in quantities}
     random = study.sampling in ("latin_hypercube", "monte_carlo") and study.task != "pareto"
-    found, failed = failing(columns, columns["error"], limits, random=random, confidence=study.confidence)
+    found, failed = failing(columns, columns["error"], held, random=random, confidence=study.confidence)
     known: tuple[Index, ...] = ()
     if study.task != "pareto":
         known = indices(
             study.sampling, study.count, samples, numbers, study.names, confidence=study.confidence
         )  # fmt: skip
     return StudyResult(
-        study=study, columns=columns, provenance=provenance, limits=limits, failing=found, failed=failed,
+        study=study, columns=columns, provenance=provenance, limits=tuple(held), failing=found, failed=failed,
         spreads=tuple(spread_of(q, numbers[q]) for q in quantities), indices=known,
         table=folder / ("table.csv" if study.output == "csv" else "table.parquet"),
     )  # fmt: skip

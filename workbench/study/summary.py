@@ -40,10 +40,12 @@ class Failing(Result):
 
 
 def failing(
-    columns: Mapping[str, Sequence], errors: Sequence[str], limits: Sequence[Limit], *, random: bool, confidence: float
-) -> tuple[Failing, np.ndarray]:
+    columns: Mapping[str, Sequence], errors: Sequence[str], limits: Mapping[Limit, np.ndarray | None], *, random: bool,
+    confidence: float,
+) -> tuple[Failing, np.ndarray]:  # fmt: skip
     """The failing rows, counted, and which they are (rows,).
 
+    limits : to the rows (rows,) held against each, None for all
     The interval is Clopper and Pearson's for independent rows; a Latin hypercube or a Sobol' sequence scatters less.
     """
     n = len(errors)
@@ -54,10 +56,10 @@ def failing(
     if stable is not None:
         unstable = np.array([s is False for s in stable], bool)
         reasons["unstable"] = unstable
-    for limit in limits:
+    for limit, held in limits.items():
         values = columns[limit.quantity]
         beyond = np.array([not limit.kept(v) for v in values], bool)
-        reasons[f"{limit} missed"] = beyond & ~refused & ~unstable
+        reasons[f"{limit} missed"] = beyond & ~refused & ~unstable & (True if held is None else held)
     failed = np.logical_or.reduce(list(reasons.values())) if n else np.zeros(0, bool)
     count = int(failed.sum())
     low = high = None
