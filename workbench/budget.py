@@ -51,6 +51,10 @@ class Deadline:
         budget = checked_budget(seconds, name)
         return cls(budget, monotonic() + budget)
 
+    def since(self, moment: float) -> "Deadline":
+        """The same budget, counted from a moment on `time.monotonic`."""
+        return Deadline(self.budget, moment + self.budget)
+
     @property
     def remaining(self) -> float:
         """Seconds left [s], not below zero."""

@@ -1,63 +1,105 @@
-"""The command line: one function per command in `workbench.commands`, one place for errors, exit codes and JSON.
+"""The command line: one place for signals, errors and exit codes; the commands are in `workbench.commands`.
 
-Exit code 0: done; 1: a requirement is not met or a check failed; 2: bad input, with one sentence on stderr.
-Commands import what they need when they run, so that `workbench --help` stays quick.
+    0 done | 1 a requirement or promise is not met | 2 bad input | 3 a defect of ours | 130 SIGINT | 143 SIGTERM
+
+Each but the first says one sentence on stderr. Little is imported before the signals are watched; commands import
+what they need when they run, so that `workbench --help` stays quick.
 """
 
 import sys
 
-import typer
-
-from workbench.commands import COMMANDS
-from workbench.errors import InfeasibleError, InputError
-from workbench.threads import keep_one_thread
-
-app = typer.Typer(
-    name="workbench",
-    help="Control design for magnetically levitated vehicles.",
-    no_args_is_help=True,
-    pretty_exceptions_enable=False,
-    rich_markup_mode=None,
-)
-for command in COMMANDS:
-    app.command()(command)
+from workbench import interrupts
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """Runs one command and leaves with its exit code."""
+    """Runs one command in a process of its own and leaves with its exit code."""
+    interrupts.watch()
+
+    from workbench import supervision
+    from workbench.terminal import outlive_readers
+    from workbench.threads import keep_one_thread
+
     keep_one_thread()  # nothing has loaded NumPy yet
-    sys.exit(run(arguments))
+    outlive_readers()
+    supervision.permit()
+    supervision.leave(run(arguments))
 
 
 def run(arguments: list[str] | None = None) -> int:
     """Runs one command and returns its exit code."""
     try:
-        code = app(args=arguments, standalone_mode=False)
-    except InputError as error:
+        from workbench.commands.app import invoke
+
+        interrupts.working(True)
+        code = invoke(arguments)
+        sys.stdout.flush()
+        interrupts.working(False)
+    except BaseException as error:
+        interrupts.working(False)
+        code = _explained(error)
+    ended_by = interrupts.received()
+    return 128 + ended_by if ended_by else code
+
+
+def _explained(error: BaseException) -> int:
+    """The exit code of what a command raised, after one sentence on stderr."""
+    from workbench.commands.app import as_usage
+    from workbench.errors import InfeasibleError, InputError
+    from workbench.supervision import LATE, Late
+
+    if isinstance(error, KeyboardInterrupt) or interrupts.received():  # a library may have made something else of it
+        return _complain(f"{interrupts.word()}; what was finished is kept.", 130)
+    if isinstance(error, Late):
+        return LATE
+    if isinstance(error, InputError):
         return _complain(str(error), 2)
-    except InfeasibleError as error:
+    if isinstance(error, InfeasibleError):
         return _complain(str(error), 1)
-    except KeyboardInterrupt:
-        return _complain("interrupted; what was finished is kept.", 130)
-    except BrokenPipeError:
+    if isinstance(error, BrokenPipeError):
         return 0
-    except OSError as error:  # a name too long, a full disk: whatever the system refuses and no command foresaw
+    if isinstance(error, OSError):  # a name too long, a full disk: whatever the system refuses and no command foresaw
         place = str(error.filename or "a file")[:120]
         return _complain(
             f"{place} must be usable; the system says: {error.strerror or error}. Check path and space.", 2
         )
-    except Exception as error:  # typer's usage errors carry format_message; anything else is a defect and shows itself
-        if type(error).__name__ == "Abort":
-            return _complain("interrupted; what was finished is kept.", 130)
-        if type(error).__name__ == "NoArgsIsHelpError":
-            return 2
-        message = getattr(error, "format_message", None)
-        if message is None:
-            raise
-        return _complain(f"{message()} Try 'workbench --help'.", 2)
-    return code if isinstance(code, int) else 0
+    usage = as_usage(error)
+    if usage is not None:
+        return _complain(usage, 2)
+    return _complain(_defect(error), 3)
+
+
+def _defect(error: BaseException) -> str:
+    """The sentence of an error that no command foresaw; its traceback goes to a file that only its owner reads."""
+    import os
+    import tempfile
+    import traceback
+
+    called = " ".join(map(repr, sys.argv[1:]))
+    text = f"workbench {called}\nPython {sys.version}\n\n{''.join(traceback.format_exception(error))}"
+    try:
+        descriptor, place = tempfile.mkstemp(prefix="workbench-", suffix="-traceback.txt")
+        with os.fdopen(descriptor, "w", encoding="utf-8", errors="backslashreplace") as file:
+            file.write(text)
+    except OSError as refusal:
+        place = f"no file ({refusal.strerror})"
+    what = f"{type(error).__name__}: {str(error)[:200]}".rstrip(": ")
+    return (
+        f"internal error, a defect of the workbench and not of your input ({what}). The traceback is in {place}; "
+        "please report it to the developers together with the files you gave."
+    )
 
 
 def _complain(sentence: str, code: int) -> int:
-    print(" ".join(sentence.split()), file=sys.stderr)  # noqa: T201
+    from workbench.terminal import printable
+
+    print(printable(" ".join(sentence.split())), file=sys.stderr)  # noqa: T201
     return code
+
+
+def __getattr__(name: str):
+    """`app`, for those who look at the commands (the guide's reference); it is built when it is asked for."""
+    if name != "app":
+        raise AttributeError(name)
+    from workbench.commands.app import app
+
+    return app

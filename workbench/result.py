@@ -9,6 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from workbench.terminal import printable
+
 MAX_ROWS = 40  # of an HTML table; the rest is counted, not shown
 
 Row = tuple[str, Any, str]  # name, value, unit
@@ -73,7 +75,7 @@ class Result:
 
     def __repr__(self) -> str:
         body = ", ".join(f"{name} {figure(value)} {unit}".rstrip() for name, value, unit in self.rows()[:6])
-        return f"<{type(self).__name__}: {body}>"
+        return printable(f"<{type(self).__name__}: {body}>")  # a name may come from anybody's file
 
     def _repr_html_(self) -> str:
         rows = self.rows()

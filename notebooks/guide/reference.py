@@ -31,7 +31,9 @@ def commands() -> str:
     out = [
         "# Commands",
         "",
-        "Exit code 0: done; 1: a requirement is not met or a check failed; 2: bad input, with one sentence on stderr.",
+        "Exit code 0: done; 1: a requirement or promise is not met, or a budget ended before an answer; 2: bad input;",
+        "3: a defect of the workbench, its traceback in a file that is named; 130: interrupted; 143: terminated.",
+        "Each but 0 says one sentence on stderr. A reader that leaves early (`| head`) changes nothing.",
         "`workbench --install-completion` teaches the shell to complete commands, options and problem names.",
     ]
     group: Any = typer.main.get_command(app)

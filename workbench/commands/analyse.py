@@ -23,6 +23,13 @@ Speed = Annotated[
     ),
 ]
 
+Budget = Annotated[
+    float | None,
+    typer.Option(
+        help="Seconds of the clock that the command may take, from its start; exit code 1 where they do not suffice."
+    ),
+]
+
 
 def analyse(
     problem: Name,
@@ -32,17 +39,25 @@ def analyse(
     ] = None,
     speed: Speed = None,
     report: Annotated[Path | None, typer.Option(help="File for a report in HTML.")] = None,
+    budget_seconds: Budget = None,
     json: Json = False,
 ) -> None:
     """Poles, damping, margins, ride, stroke, current and power for given gains."""
+    from workbench.supervision import finishing, supervised
+
+    supervised(budget_seconds, "the analysis")
+
     from workbench.analysis.full import full_analysis
-    from workbench.commands.output import emit_json, emit_rows, emit_table
+    from workbench.commands.output import emit_json, emit_rows, emit_table, say
     from workbench.design.design import given
     from workbench.errors import InputError
     from workbench.export.problem import load_problem, read_gains
-    from workbench.export.report import write_report
+    from workbench.export.report import report_html
     from workbench.result import figure
+    from workbench.writing import check_file, write_text
 
+    if report is not None:
+        check_file(report)
     loaded = load_problem(problem, speed=speed)
     chosen = read_gains(gains, speed=loaded.setting.speed) if gains else loaded.approved
     if chosen is None:
@@ -52,7 +67,10 @@ def analyse(
         )
     result = full_analysis(loaded.setting, chosen, loaded.name)
     if report is not None:
-        write_report(given(loaded, chosen, analysis=result.analysis), report)
+        page = report_html(given(loaded, chosen, analysis=result.analysis))
+    finishing()
+    if report is not None:
+        write_text(report, page)
     if json:
         emit_json(result.to_dict() | ({} if report is None else {"report": str(report)}))
         return
@@ -65,4 +83,4 @@ def analyse(
     for title, columns, rows in result.tables():
         emit_table(title, columns, rows)
     if report is not None:
-        typer.echo(f"report  {report}")
+        say(f"report  {report}")

@@ -46,7 +46,7 @@ def design(
     requirements hold at cruise. With --speed, or --robust, one set of gains for one speed instead. A tuning problem
     (kind = "tuning") takes --solver slsqp or restriction.
     """
-    from workbench.commands.output import emit_json, emit_rows, emit_table, progress
+    from workbench.commands.output import emit_json, emit_rows, emit_table, progress, say
     from workbench.commands.tuning_design import design_tuning
     from workbench.design.design import design as solve
     from workbench.design.robustness import robustness
@@ -119,7 +119,7 @@ def design(
     )  # fmt: skip
     if boxes:
         _print_boxes(table)
-    typer.echo(f"gain table  {path}\nreport      {report}")
+    say(f"gain table  {path}\nreport      {report}")
 
 
 def _check_one_way(problem) -> None:

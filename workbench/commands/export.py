@@ -33,14 +33,21 @@ def export(
     import sys
     from base64 import b64encode
 
-    from workbench.commands.output import emit_json, emit_table
+    from workbench.commands.output import emit_json, emit_table, say
     from workbench.errors import InputError
     from workbench.export.digital import digital_check, with_sample_time
     from workbench.export.formats import DIGITAL, render, suffix
     from workbench.export.table import read_table
-    from workbench.writing import write_bytes
+    from workbench.writing import check_file, write_bytes
 
     ending = suffix(format)
+    path = None if out is None else out / f"{table.stem}{ending}" if out.is_dir() else out
+    if path is not None:
+        check_file(path)
+    elif not json and format == "mat" and sys.stdout.isatty():
+        raise InputError(
+            "a MATLAB file is binary and must go to a file; got a terminal. Give --out FILE, or redirect the output."
+        )
     loaded = read_table(table)
     digital = format in DIGITAL
     if sample_time_ms is not None and not digital:
@@ -55,22 +62,19 @@ def export(
         ]
         emit_table("Promises in the sampled loop", ("promise", "sampled", ""), rows, stderr=True)
     content = render(loaded, format, computing_delay=1e-3 * computing_delay_ms, accept=accept)
-    if out is not None:
-        path = out / f"{table.stem}{ending}" if out.is_dir() else out
+    if path is not None:
         write_bytes(path, content)
-    elif not json and format == "mat" and sys.stdout.isatty():
-        raise InputError(
-            "a MATLAB file is binary and must go to a file; got a terminal. Give --out FILE, or redirect the output."
-        )
     if json:
         document = {"format": format, "problem": loaded.problem, "digest": loaded.digest, "bytes": len(content)}
         document |= {"check": None if check is None else check.to_dict()} if digital else {}
-        if out is not None:
+        if path is not None:
             emit_json(document | {"path": str(path)})
         elif format == "mat":
             emit_json(document | {"content_base64": b64encode(content).decode("ascii")})
         else:
             emit_json(document | {"content": content.decode("utf-8")})
-    elif out is None:
+    elif path is None and sys.stdout.isatty():
+        say(content.decode("utf-8").removesuffix("\n"))
+    elif path is None:
         sys.stdout.flush()
         sys.stdout.buffer.write(content)

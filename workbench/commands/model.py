@@ -1,13 +1,12 @@
 """`workbench model`: the model written out, beside the report's formulas and their errata."""
 
-import sys
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from workbench.commands.analyse import Name
-from workbench.commands.output import emit_json, emit_rows, emit_table
+from workbench.commands.output import emit_json, emit_rows, emit_table, say
 
 
 def model(
@@ -34,7 +33,7 @@ def model(
         emit_json(sheet.to_dict())
         return
     if latex:
-        sys.stdout.write(sheet.latex() + "\n")
+        say(sheet.latex())
         return
     emit_rows(f"{loaded.title}{'' if chosen else ' (without control: no gains approved or given)'}", sheet.rows())
     for m in sheet.matrices:

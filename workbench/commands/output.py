@@ -1,4 +1,7 @@
-"""What a command prints: one JSON document with --json, otherwise a table that fits the terminal."""
+"""What a command prints: one JSON document with --json, otherwise tables that fit the terminal, and lines.
+
+Names and titles come from files: every text passes `printable` here, so that none of them steers the terminal.
+"""
 
 import json
 import sys
@@ -7,11 +10,25 @@ from contextlib import contextmanager
 from typing import Any
 
 from workbench.result import Row, figure, plain
+from workbench.terminal import printable
 
 
 def emit_json(document: Any) -> None:
     """The document on stdout and nothing else; strict JSON, so NaN and infinity are null."""
-    sys.stdout.write(json.dumps(plain(document), indent=1, allow_nan=False, ensure_ascii=False) + "\n")
+    text = json.dumps(plain(document), indent=1, allow_nan=False, ensure_ascii=False)
+    if not text.replace("\n", "").isprintable():
+        text = "".join(c if c == "\n" or c.isprintable() else json.dumps(c)[1:-1] for c in text)
+    sys.stdout.write(text + "\n")
+
+
+def say(text: str) -> None:
+    """A line or several on stdout."""
+    sys.stdout.write(printable(text, keep="\n") + "\n")
+
+
+def tell(text: str) -> None:
+    """A line on stderr."""
+    sys.stderr.write(printable(text) + "\n")
 
 
 def emit_rows(title: str, rows: Iterable[Row]) -> None:
@@ -25,11 +42,11 @@ def emit_table(title: str, columns: Iterable[str], rows: Iterable[Iterable[str]]
     from rich.console import Console
     from rich.table import Table
 
-    table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, title_style="bold")
+    table = Table(title=printable(title), title_justify="left", box=box.SIMPLE_HEAD, title_style="bold")
     for number, column in enumerate(columns):
-        table.add_column(column, justify="left" if number == 0 else "right", overflow="fold")
+        table.add_column(printable(column), justify="left" if number == 0 else "right", overflow="fold")
     for row in rows:
-        table.add_row(*row)
+        table.add_row(*map(printable, row))
     Console(markup=False, highlight=False, stderr=stderr).print(table)
 
 
@@ -50,7 +67,7 @@ def progress(quiet: bool):
     with Progress(*columns, console=console, transient=True) as bars:
 
         def show(description: str, total: int):
-            task = bars.add_task(description, total=total, note="")
-            return lambda note: bars.update(task, advance=1, note=note)
+            task = bars.add_task(printable(description), total=total, note="")
+            return lambda note: bars.update(task, advance=1, note=printable(note))
 
         yield show

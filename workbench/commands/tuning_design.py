@@ -13,9 +13,7 @@ def design_tuning(folder: Path, out: Path, *, solver: str, json: bool) -> None:
     from json import dumps
     from time import perf_counter
 
-    import typer
-
-    from workbench.commands.output import emit_json, emit_rows, emit_table, progress
+    from workbench.commands.output import emit_json, emit_rows, emit_table, progress, say
     from workbench.convex.pid_problem import verified
     from workbench.convex.restriction import restriction
     from workbench.convex.smooth_tuner import smooth_tuning
@@ -60,4 +58,4 @@ def design_tuning(folder: Path, out: Path, *, solver: str, json: bool) -> None:
         f"Limits: objective {kept.objective:.6g}", ("limit", "at most", "value", "met", "where"),
         [(r["name"], f"{r['limit']:g}", f"{r['value']:.6g}", figure(r["met"]), r["where"]) for r in judged],
     )  # fmt: skip
-    typer.echo(f"gain table  {path}")
+    say(f"gain table  {path}")
