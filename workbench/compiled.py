@@ -1,14 +1,16 @@
 """CasADi functions turned into machine code where a C compiler is at hand, with a cache; interpreted otherwise.
 
-    Function --C code--> hash --in the cache?--> shared library --ca.external--> Function
+    Function --C code--> hash --in the cache, whole?--> shared library --ca.external--> Function
 
-The cache holds one library per text of C code, so a change of the model never meets a stale library. Set
-WORKBENCH_COMPILER to another compiler, or to "none" for the interpreter; WORKBENCH_CACHE moves the cache.
+The cache holds one library per text of C code, so a change of the model never meets a stale library. What it holds is
+run: so it is ours, not writable by others, and sealed by a digest; anything else is built anew. Set WORKBENCH_COMPILER
+to another compiler, or to "none" for the interpreter; WORKBENCH_CACHE moves the cache.
 """
 
 import hashlib
 import os
 import shutil
+import stat
 import subprocess
 import tempfile
 import threading
@@ -17,8 +19,13 @@ from pathlib import Path
 import casadi as ca
 import numpy as np
 
+from workbench.errors import InputError
+from workbench.writing import replacing
+
 OPTIONS = ("-fPIC", "-shared", "-fno-math-errno")
 LARGE = 20_000  # instructions; beyond, -O1 takes a minute for a factor of two at run time, and -O0 three seconds
+DIGEST = hashlib.sha256().digest_size
+OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
 
 
 def compiler() -> str | None:
@@ -32,17 +39,17 @@ def compiler() -> str | None:
 def cache_folder() -> Path:
     """Where compiled libraries are kept."""
     base = os.environ.get("WORKBENCH_CACHE") or os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    return Path(base) / "maglev-workbench"
+    return Path(base).absolute() / "maglev-workbench"
 
 
 def compile_function(function: ca.Function) -> ca.Function:
-    """The same function as machine code, or itself where no compiler is at hand or the cache cannot be written."""
+    """The same function as machine code, or itself where no compiler or no cache of ours is at hand."""
     cc = compiler()
     if cc is None:
         return function
     try:
         return _from_cache(function, cc)
-    except (OSError, subprocess.SubprocessError):
+    except (OSError, subprocess.SubprocessError, InputError, RuntimeError):  # no room, no right, no loader
         return function  # the interpreter gives the same numbers, only slower
 
 
@@ -92,13 +99,57 @@ def _from_cache(function: ca.Function, cc: str) -> ca.Function:
         generator.generate(f"{folder}/")
         options = ("-O0" if function.n_instructions() > LARGE else "-O1", *OPTIONS)
         made_by = " ".join((cc, *options, os.uname().machine))
-        key = hashlib.sha256(source.read_bytes() + made_by.encode()).hexdigest()[:24]
-        library = cache_folder() / f"{function.name()}_{key}.so"
-        if not library.exists():
-            library.parent.mkdir(parents=True, exist_ok=True)
+        key = hashlib.sha256(source.read_bytes() + made_by.encode()).digest()
+        library = _own(cache_folder()) / f"{function.name()}_{key.hex()[:24]}.so"
+
+        def build() -> None:
             built = Path(folder) / "built.so"
             subprocess.run([cc, *options, str(source), "-o", str(built), "-lm"], check=True, capture_output=True)
-            beside = library.with_name(f"{library.name}.{os.getpid()}")
-            shutil.copy(built, beside)
-            beside.replace(library)
-    return ca.external(function.name(), str(library))
+            _keep(library, built.read_bytes(), key)
+
+        if not _is_whole(library, key):
+            build()
+        try:
+            return ca.external(function.name(), str(library))
+        except RuntimeError:  # whole, but of another system that shares this folder
+            build()
+            return ca.external(function.name(), str(library))
+
+
+def _own(folder: Path) -> Path:
+    """The cache's folder, made where there is none; nobody but us may write to it, since what lies there is run."""
+    folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+    found = folder.stat()
+    if found.st_uid != os.geteuid():
+        raise PermissionError(f"{folder} belongs to somebody else")
+    if found.st_mode & OTHERS_WRITE:
+        folder.chmod(0o700)
+    return folder
+
+
+def _is_whole(library: Path, key: bytes) -> bool:
+    """Whether the cache holds this very library, complete, and it is ours: half a library ends the process (SIGBUS)."""
+    try:
+        found = library.lstat()
+        if not stat.S_ISREG(found.st_mode) or found.st_uid != os.geteuid() or found.st_mode & OTHERS_WRITE:
+            return False
+        content = library.read_bytes()  # nobody else may put another file there: the folder is ours
+    except OSError:
+        return False
+    return content[-DIGEST:] == _seal(content[:-DIGEST], key)
+
+
+def _keep(library: Path, content: bytes, key: bytes) -> None:
+    """Puts a library into the cache, its seal behind it, where the loader does not look."""
+    if library.is_dir() and not library.is_symlink():
+        shutil.rmtree(library)
+    elif library.exists() and not library.is_file():  # a pipe, a device
+        library.unlink()
+    with replacing(library) as file:
+        os.fchmod(file.fileno(), 0o600)
+        file.write(content + _seal(content, key))
+
+
+def _seal(content: bytes, key: bytes) -> bytes:
+    """The digest of a library under its key: that of another function does not fit."""
+    return hashlib.sha256(key + content).digest()
