@@ -63,7 +63,7 @@ def test_a_sampled_variance_is_that_of_the_discrete_lyapunov_equation():
     system, k = _plant(2, sample_time=0.1), -0.01
     A, B, C = _closed(system, k)
     P = control.dlyap(A, B @ B.T)
-    expected = math.sqrt((C @ P @ C.T)[0, 0])
+    expected = math.sqrt((C @ P @ C.T)[0, 0] / 0.1)  # a flat density of 1 up to Nyquist is a sequence of variance 1/h
     bound = Variance(**ONE).bind(_case(system, sample_time=0.1))
     K = Controller.static([[k]])
     assert bound.evaluate(K).value == pytest.approx(expected, rel=1e-9)
@@ -168,3 +168,32 @@ def test_wrong_spectra_are_refused():
         RmsLimit(**ONE, limit=1.0, unit="mg")
     with pytest.raises(InputError, match="Variance looks at all frequencies"):
         Variance(**ONE, focus=(1.0, 2.0))
+
+
+@pytest.mark.parametrize("unit", [1e-6, 1.0, 1e6])
+def test_a_sampled_variance_tends_to_the_continuous_one(unit):
+    h = 1e-3 / unit
+    slow = control.c2d(control.ss([[-2.0 * unit]], [[2.0 * unit]], [[1.0]], 0), h)
+    system = plant(
+        slow.A, np.hstack([slow.B, [[0.0]]]), [[1.0], [0.0]], inputs=["w", "u"], outputs=["z", "y"]
+    )  # fmt: skip
+    bound = Variance(**ONE).bind(_case(system, sample_time=h))
+    for found in (bound.evaluate(Controller.static([[0.0]])), bound.exact(Controller.static([[0.0]]))):
+        assert found.value == pytest.approx(math.sqrt(2.0 * unit / 2), rel=1e-6)  # error of the second order in h
+
+
+def test_the_variance_behind_a_dead_time_is_that_without_it():
+    system = plant([[-2.0]], [[2.0, 0.0]], [[1.0], [0.0]], inputs=["w", "u"], outputs=["z", "y"])
+    found = Variance(**ONE).bind(_case(system, input_delay={"w": 0.7})).exact(Controller.static([[0.0]]))
+    assert found.value == pytest.approx(1.0, rel=1e-9)
+    assert "dead times exact" in found.method
+
+
+def test_the_smallest_feedthrough_passes_noise_straight_through():
+    for delays in ({}, {"input_delay": {"w": 0.7}}):
+        system = plant(
+            [[-2.0]], [[2.0, 0.0]], [[1.0], [0.0]], np.diag([1e-13, 0.0]), inputs=["w", "u"], outputs=["z", "y"]
+        )  # fmt: skip
+        found = Variance(**ONE).bind(_case(system, **delays)).exact(Controller.static([[0.0]]))
+        assert found.value == math.inf
+        assert "straight to the output" in found.reason

@@ -10,6 +10,7 @@ the tolerance, and the march ends when states and lines rest.
 
 import math
 from bisect import bisect_right
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -50,6 +51,14 @@ class Lined(NamedTuple):
         """A system without lines."""
         return cls(*system, np.zeros(len(system.A)))
 
+    def straight(self) -> bool:
+        """Whether some input acts on some output through nothing but lines, so that a jump stays a jump."""
+        line = self.dead_times > 0
+        reached = (self.B[line] != 0).any(axis=1)
+        for _ in range(int(line.sum())):
+            reached |= (self.A[np.ix_(line, line)] != 0) @ reached
+        return bool(self.D.any() or (self.C[:, line] != 0)[:, reached].any())
+
     def final(self) -> np.ndarray:
         """What a unit step at each input leads every row and every output to: (N + p, m)."""
         rest = np.linalg.solve(np.diag((self.dead_times > 0).astype(float)) - self.A, self.B)
@@ -81,6 +90,17 @@ def delayed_reason(channel: Any, K: "Controller") -> str:
     return f"the closed loop is unstable: poles at or right of the axis {count}; its measure does not exist." * (
         count > 0
     )
+
+
+def delayed_pieces(channel: Any, K: "Controller", around: Callable[[Lined], Lined] = lambda T: T, straight: str = ""):
+    """Step responses of a channel with dead times, with what is `around` it, or None; and why there are none.
+
+    With `straight` the reason that the energy of an impulse response has no bound, where it has none.
+    Raises InputError where they cannot be had.
+    """
+    reason, whole = delayed_reason(channel, K), around(Lined(*channel.lined_system(K), channel.late(K)))
+    reason = reason or (straight if whole.straight() else "")
+    return (None, reason) if reason else (step_pieces(whole), "")
 
 
 def unjudged(steered: Value, why: str) -> Value:

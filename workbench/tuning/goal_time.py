@@ -19,7 +19,7 @@ from workbench.analysis.realisation import Realisation
 from workbench.errors import InputError
 from workbench.tuning.goal import NEAR, Bound, Goal, Largest, Value, infinite, near, positive, stability_reason
 from workbench.tuning.goal_gain import check_pairs, check_signals
-from workbench.tuning.goal_history import BY_STEPS, Lined, delayed_reason, step_pieces, unjudged
+from workbench.tuning.goal_history import BY_STEPS, delayed_pieces, unjudged
 from workbench.tuning.goal_margin import no_focus
 from workbench.tuning.goal_modes import largest, step_response
 from workbench.tuning.goal_step import Steps, final_value, first_sample, step_gradient
@@ -163,14 +163,12 @@ class StepMeasure:
 
     def _with_dead_times(self, K: "Controller") -> Value:
         try:
-            system, late = self.channel.lined_system(K), self.channel.late(K)
-            reason = delayed_reason(self.channel, K)
-            pieces = None if reason else step_pieces(Lined(*system, late))
+            pieces, reason = delayed_pieces(self.channel, K)
         except InputError as error:
             return unjudged(self.evaluate(K), str(error))
         if pieces is None:
             return infinite(reason)
-        final, rounding = final_value(system, late)
+        final, rounding = final_value(self.channel.lined_system(K), self.channel.late(K))
         if self.kind == "overshoot" and abs(final) <= rounding:
             return infinite(ENDS_AT_ZERO)
         turn = math.copysign(1, final)

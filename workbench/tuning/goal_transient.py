@@ -10,14 +10,24 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from workbench.analysis.realisation import Realisation
+from workbench.analysis.realisation import EPS, Realisation
 from workbench.errors import InputError
 from workbench.tuning.goal import Value, infinite, stability_reason
 from workbench.tuning.goal_energy import energy, energy_by_doubling
+from workbench.tuning.goal_history import (
+    BY_STEPS,
+    Lined,
+    delayed_pieces,
+    delayed_reason,
+    lined_difference,
+    unjudged,
+)  # fmt: skip
 from workbench.tuning.goal_series import difference
 
 if TYPE_CHECKING:
     from workbench.tuning.structure import Controller
+
+STRAIGHT = "the impulse passes straight to the output (D ≠ 0), so its energy is infinite; add a filter."
 
 
 def transient_size(system: Realisation, order: int, sample_time: float | None) -> float:
@@ -95,7 +105,9 @@ class TransientMeasure:
         return Value(value=value, gradients=((value, back),), channel=self._label(), method=method)
 
     def exact(self, K: "Controller") -> Value:
-        """The energy by doubling of the sampled equivalent."""
+        """The energy by doubling of the sampled equivalent; with dead times by the method of steps."""
+        if self.channel.delayed:
+            return self._with_dead_times(K)
         E, reason = _stable_error(self.channel, K, self.model)
         if E is None:
             return infinite(reason)
@@ -108,13 +120,25 @@ class TransientMeasure:
         if h is not None and self.order == 0:
             square += float(np.sum(D**2))
         value = math.sqrt(max(square, 0.0) * (1.0 if h is None else h)) / self.size
-        method = "energy by doubling" + ("; dead times by Padé" if self.channel.delayed else "")
-        return Value(value=value, channel=self._label(), method=method)
+        return Value(value=value, channel=self._label(), method="energy by doubling")
+
+    def _with_dead_times(self, K: "Controller") -> Value:
+        model = Lined.of(self.model)
+        try:
+            pieces, reason = delayed_pieces(
+                self.channel, K, lambda T: lined_difference(T, model), STRAIGHT * (self.order == 0)
+            )
+        except InputError as error:
+            return unjudged(self.evaluate(K), str(error))
+        if pieces is None:
+            return infinite(reason)
+        value = math.sqrt(pieces.energy(self.order)) / self.size
+        return Value(value=value, upper=value * (1 + pieces.error), channel=self._label(), method=BY_STEPS)
 
     def _direct(self, E: Realisation) -> str:
-        if self.order == 0 and self.channel.sample_time is None and np.abs(E.D).max(initial=0) > 1e-12:
-            return "the impulse passes straight to the output (D ≠ 0), so its energy is infinite; add a filter."
-        return ""
+        if self.order or self.channel.sample_time is not None or not E.D.any():
+            return ""
+        return "" if (np.abs(E.D) <= 4 * EPS * np.abs(self.model.D)).all() else STRAIGHT  # T's feedthrough is R's
 
     def _label(self) -> str:
         return f"{', '.join(self.channel.inputs)} → {', '.join(self.channel.outputs)}, transient"
@@ -161,7 +185,14 @@ class StaticMeasure:
     def exact(self, K: "Controller") -> Value:
         """The static gain once more from the response; the lag from the state space."""
         found = self.evaluate(K)
-        if not math.isfinite(found.value) or self.order == 1:
+        if math.isfinite(found.value) and self.channel.delayed:
+            try:
+                reason = delayed_reason(self.channel, K)
+            except InputError as error:
+                return unjudged(found, str(error))
+            if reason:
+                return infinite(reason)
+        if not math.isfinite(found.value) or self.order == 1:  # Padé fractions have the dead time's lag exactly
             return Value(value=found.value, channel=found.channel, reason=found.reason, method="static lag")
         T = self.channel.response(K, np.zeros(1))[0]
         A, B, C, D = self.model

@@ -2,9 +2,11 @@
 
     T --L T W--> √(tr C P C')/limit     rms of the outputs under unit white noise
 
-Continuous: white noise of unit two-sided intensity; the channel must not feed noise straight through (D = 0), or the
-value is infinite. Sampled: a white sequence of unit variance. With dead times `evaluate` uses their Padé fractions and
-`exact` integrates the exact response.
+White noise of unit two-sided intensity: a flat spectral density of 1, one-sided 2 per hertz. Continuous: the channel
+must not feed it straight through (D = 0), or the value is infinite. Sampled every h: a flat density of 1 up to the
+Nyquist frequency, that is a white sequence of variance 1/h, so the value tends to the continuous one as h does to 0 and
+a density means the same on both. With dead times `evaluate` uses their Padé fractions; `exact` takes the energy of the
+impulse response, marched from one dead time to the next.
 """
 
 import math
@@ -19,17 +21,15 @@ from workbench.errors import InputError
 from workbench.tuning.goal import Bound, Goal, Value, infinite, positive, stability_reason
 from workbench.tuning.goal_energy import energy, energy_by_doubling
 from workbench.tuning.goal_gain import check_signals, check_weights
+from workbench.tuning.goal_history import BY_STEPS, Lined, delayed_pieces, lined_series, unjudged
 from workbench.tuning.goal_margin import no_focus
-from workbench.tuning.goal_peak import Axis, sampled
-from workbench.tuning.goal_search import seeds
 from workbench.tuning.goal_series import Weighted
-from workbench.tuning.goal_spectrum import frequency_nodes
 from workbench.tuning.goal_weight import Filter, WeightLike, filter_of
 
 if TYPE_CHECKING:
     from workbench.tuning.structure import Controller
 
-DIRECT = 1e-12  # of ‖C‖‖B‖ scale: feedthrough that rounding leaves where terms cancel
+STRAIGHT = "white noise passes straight to the output (D ≠ 0), so its variance is infinite; add a filter."
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -116,10 +116,11 @@ class VarianceMeasure:
             return infinite(reason)
         A, B, C, D = whole
         h = self.channel.sample_time
-        square, GA, GB, GC = energy(A, B, C, sampled=h is not None)
+        square, *gradient = energy(A, B, C, sampled=h is not None)
         GD = np.zeros_like(D)
         if h is not None:
-            square, GD = square + float(np.sum(D**2)), 2 * D
+            square, GD = (square + float(np.sum(D**2))) / h, 2 * D / h
+        GA, GB, GC = (part / (h or 1.0) for part in gradient)
         value = math.sqrt(square) / self.limit
         method = "Lyapunov equations" + ("; dead times by Padé" if self.channel.delayed else "")
         if value == 0:
@@ -130,17 +131,16 @@ class VarianceMeasure:
         return Value(value=value, gradients=((value, back),), channel=self._label(), method=method)
 
     def exact(self, K: "Controller") -> Value:
-        """Lyapunov with an error bound; sampled by doubling; dead times by integrating the exact response."""
+        """Lyapunov with an error bound; sampled by doubling; dead times by the method of steps."""
+        if self.channel.delayed:
+            return self._with_dead_times(K)
         T, whole, reason = self._systems(K)
         if T is None or whole is None:
             return infinite(reason)
         A, B, C, D = whole
-        label = self._label()
-        if self.channel.delayed:
-            value, method = self._integral(K)
-            return Value(value=value, channel=label, method=method)
-        if self.channel.sample_time is not None:
-            square = energy_by_doubling(A, B, C, sampled=True) + float(np.sum(D**2))
+        label, h = self._label(), self.channel.sample_time
+        if h is not None:
+            square = (energy_by_doubling(A, B, C, sampled=True) + float(np.sum(D**2))) / h
             return Value(value=math.sqrt(square) / self.limit, channel=label, method="covariance by doubling")
         try:
             found = stationary(A, B, correlation=np.eye(B.shape[1]))
@@ -167,26 +167,22 @@ class VarianceMeasure:
         if reason:
             return None, None, reason
         whole = self.joined.system(T)
-        if h is None and np.abs(whole.D).max(initial=0) > DIRECT * max(1.0, np.abs(T.D).max(initial=0)):
-            return (
-                None,
-                None,
-                "white noise passes straight to the output (D ≠ 0), so its variance is infinite; add a filter.",
-            )
+        if h is None and whole.D.any():
+            return None, None, STRAIGHT
         return T, whole, ""
 
-    def _integral(self, K: "Controller") -> tuple[float, str]:
-        """√(1/π ∫ ‖L T W‖²_F dω), ω in 0 … ∞, dead times exact; the tail beyond the grid in 1/ω."""
-        state = sampled(self.channel, K, judged=True)
-        corners = np.concatenate([np.abs(part.poles()) for part in self.filters])
-        grid = seeds(state.poles, corners, (0.0, math.inf), "dense")
-        top = 30 * float(np.abs(state.poles).max(initial=1.0))
-        ripples = np.linspace(0, top, 4000)
-        omega, weight = frequency_nodes(np.unique(np.r_[grid, ripples]), 8)
-        T = state.response(Axis(omega, omega))
-        T = self.filters[0].response(omega) @ T @ self.filters[1].response(omega)
-        square = 2 * float(weight @ np.sum(np.abs(T) ** 2, axis=(1, 2)))
-        return math.sqrt(square) / self.limit, f"integral over {len(omega)} frequencies, dead times exact"
+    def _with_dead_times(self, K: "Controller") -> Value:
+        left, right = (Lined.of(part.system) for part in self.filters)
+        try:
+            pieces, reason = delayed_pieces(
+                self.channel, K, lambda T: lined_series(left, lined_series(T, right)), STRAIGHT
+            )  # fmt: skip
+        except InputError as error:
+            return unjudged(self.evaluate(K), str(error))
+        if pieces is None:
+            return infinite(reason)
+        value = math.sqrt(pieces.energy(0)) / self.limit
+        return Value(value=value, upper=value * (1 + pieces.error), channel=self._label(), method=BY_STEPS)
 
     def _label(self) -> str:
         return f"{', '.join(self.channel.inputs)} → {', '.join(self.channel.outputs)}"
