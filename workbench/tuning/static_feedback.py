@@ -31,8 +31,7 @@ FINE_ROUNDS = 8
 RENEWED = 20  # tolerances that one of two rounds must gain for another one
 WARM, MOST_WARM = 1e-2, 60  # of the H2 descent before the H∞ one: a glance, since cheap control has no H2 optimum
 WARMED = 0  # even starts are warmed, odd ones are not
-FINISHED = 2  # starts that are finished, the second only if within
-WITHIN = 0.15  # of the log of the norm of the first
+WITHIN = 0.15  # of the log of the norm of the best start so far: others are finished too
 SCATTER = (-4.0, 0.5)  # decades of the size of random starts, over what moves A by its own norm
 DECAY = 1e-6  # least decay of the closed loop, relative to the plant's fastest pole: slower ones defy certification
 ROOM = 10.0  # of a start's own decay over the least one, where no start has come further
@@ -89,7 +88,8 @@ def static_feedback(
         Zero if left out. For H2 the gain is sought among those with D11 + D12 K D21 = 0.
     norm : "hinf" or "h2"
     starts, seed : int
-        The first start is K0 (zero if left out), the others random.
+        The first start is K0 (zero if left out), the others random. The result is never worse than K0, where that
+        stabilises, and within the time allowed never worse than with fewer starts.
     budget_seconds : float
         Of the whole search; shared by the starts.
     largest : float or (u, y), optional
@@ -105,7 +105,7 @@ def static_feedback(
     Raises
     ------
     InputError
-        If matrices do not fit, or no gain gives a finite H2 norm.
+        If matrices do not fit, K0 lies outside the bounds, or no gain gives a finite H2 norm.
     InfeasibleError
         If no start could be stabilised; the message names the eigenvalue that remained.
 
@@ -121,6 +121,8 @@ def static_feedback(
     if norm == "h2":
         gains = GainSet.without_feedthrough(loop.D11, loop.D12, loop.D21, loop.size())
     limit = WIDEST * loop.size() if largest is None else np.broadcast_to(np.asarray(largest, float), loop.shape)
+    if largest is None and np.shape(K0) == loop.shape:  # a default gives way
+        limit = np.maximum(limit, np.abs(np.asarray(K0, float)))
     if not np.all(limit > 0):
         raise InputError(f"largest must be positive; got {largest!r}. Leave it out for a wide default.")
     return _Search(loop, gains, norm, limit, seed, budget_seconds, on_progress).run(starts, K0)
@@ -142,7 +144,14 @@ class _Search:
 
     def _measure(self) -> Callable[[np.ndarray], list[tuple[float, np.ndarray]]]:
         """The norm to make small, for one descent."""
-        return Peaks(self._loop, self._min_decay) if self._norm == "hinf" else self._loop.variance
+        if self._norm == "hinf":
+            return Peaks(self._loop, self._min_decay)
+
+        def variance(K: np.ndarray) -> list[tuple[float, np.ndarray]]:
+            slow = self._loop.abscissa(K)
+            return self._loop.variance(K) if max(value for value, _ in slow) < -self._min_decay else []
+
+        return variance
 
     def _minimise(self, measure, K: np.ndarray, words: str, until: float, *, plain=False, **options) -> Minimum:
         gains, limit = self._gains, self._limit
@@ -178,15 +187,20 @@ class _Search:
             raise InputError(
                 f"K0 must have shape {shape}; got {first.shape}. One row per input, one column per measurement."
             )
+        if np.any(np.abs(first) > self._limit):
+            raise InputError(
+                f"K0 must lie within the bounds, |K| at most {self._limit.tolist()}; got {first.tolist()}. "
+                "Move it, or give a larger `largest`."
+            )
         generator = np.random.default_rng(self._seed)
         ends: list[Minimum | None] = []
         unstable: list[Minimum] = []
+        finished: list[Minimum] = []  # the best first
         for k in range(starts):
             K = first if k == 0 else first + self._scatter(k, generator)
             if self._ended or (perf_counter() > self._deadline and ends):
                 break
-            left = max(self._deadline - perf_counter(), 0.0)
-            until = perf_counter() + left / (starts - k + 1)
+            until = self._share(starts - k, 0.5)
             stable = self._stabilised(K, until)
             if stable.value < 0 and not any(ends):  # a plant that can hardly be stabilised: less is asked of it
                 self._min_decay = min(self._min_decay, -stable.value / ROOM)
@@ -200,21 +214,17 @@ class _Search:
             for most in MOST_COARSE:  # the metric of a loop that is barely stable serves for a few steps only
                 end = self._descended(K, f"start {k + 1}", until, tolerance=COARSE, polish=False, evaluations=most)
                 K = end.x.reshape(shape)
+            self._finish(end, [m for m in ends if m is not None], finished, starts - k)
             ends.append(end)
-        found = sorted((m for m in ends if m is not None), key=lambda m: m.value)
-        if not found:
+        given = self._given(first)
+        if not finished and given is None:
             self._refuse(min(unstable, key=lambda m: m.value), starts)
-        chosen: list[Minimum] = []
-        for m in found:
-            if (
-                len(chosen) < FINISHED
-                and m.value < found[0].value + WITHIN
-                and all(abs(m.value - other.value) > ALIKE for other in chosen)
-            ):
-                chosen.append(m)
-        candidates = self._finished(chosen)
         tuned = perf_counter() - self._begun
-        return self._reported(candidates, [math.inf if m is None else math.exp(m.value) for m in ends], tuned)
+        return self._reported(finished, given, [math.inf if m is None else math.exp(m.value) for m in ends], tuned)
+
+    def _share(self, parts: int, of: float = 1.0) -> float:
+        """The end of a share of the time left, or of a part of that share."""
+        return perf_counter() + of * max(self._deadline - perf_counter(), 0.0) / parts
 
     def _scatter(self, k: int, generator: np.random.Generator) -> np.ndarray:
         """A random gain; sizes take turns from the largest third of the decades to the smallest."""
@@ -241,39 +251,78 @@ class _Search:
     def _descended(self, K: np.ndarray, words: str, until: float, **options) -> Minimum:
         return self._minimise(self._measure(), K, words, until, stop_below=self._least, size=1.0, **options)
 
-    def _finished(self, coarse: list[Minimum]) -> list[Minimum]:
-        """One round for each of the starts chosen, further rounds for the best: metric of where it stands, plain one.
+    def _finish(self, end: Minimum, before: list[Minimum], finished: list[Minimum], parts: int) -> None:
+        """One round for a start that may be the best so far, further rounds if it is: metric of where it stands, plain.
 
-        The best first, then what it came from: the certificate decides between them.
+        What is done for a start depends on those before it alone, so further starts take nothing back. `finished` is
+        kept in order, and what the best one came from stays in it: the certificate decides between them.
         """
-        tolerance = FINE[self._norm]
+        least = min((m.value for m in before), default=math.inf)
+        if end.value >= least + WITHIN or any(abs(m.value - end.value) <= ALIKE for m in before):
+            return
+        tolerance, until = FINE[self._norm], self._share(parts)
 
-        def round_of(m: Minimum, plain: bool, share: int) -> Minimum:
-            until = perf_counter() + max(self._deadline - perf_counter(), 0.0) / share
+        def round_of(m: Minimum, plain: bool) -> Minimum:
             found = self._descended(
                 m.x.reshape(self._loop.shape), "finish", until, tolerance=tolerance, evaluations=MOST_FINE, plain=plain
             )
             return found if found.value <= m.value else m
 
-        ends = sorted((round_of(m, False, len(coarse) - k + 1) for k, m in enumerate(coarse)), key=lambda m: m.value)
-        idle = 0
+        here, idle = round_of(end, False), 0
+        finished += [here] if here is end else [here, end]
         for k in range(1, FINE_ROUNDS):
-            if idle == 2 or self._ended or perf_counter() > self._deadline or ends[0].value < self._least:
+            finished.sort(key=lambda m: m.value)
+            if finished[0] is not here or idle == 2 or here.value < self._least:
                 break
-            found = round_of(ends[0], k % 2 == 1, 1)
-            idle = idle + 1 if ends[0].value - found.value < RENEWED * tolerance else 0
-            ends = [found, *ends] if found is not ends[0] else ends
-        return ends
+            if self._ended or perf_counter() > until:
+                break
+            found = round_of(here, k % 2 == 1)
+            idle = idle + 1 if here.value - found.value < RENEWED * tolerance else 0
+            if found is not here:
+                finished.append(found)
+                here = found
+        finished.sort(key=lambda m: m.value)
 
-    def _reported(self, candidates: list[Minimum], starts: list[float], tuned: float) -> StaticFeedback:
-        """The record with the smallest proved norm; further ones only where the best one's bracket is wide."""
+    def _given(self, K: np.ndarray) -> Minimum | None:
+        """The given gain as it is, where it has a norm."""
+        if np.any(K - self._gains.gain(self._gains.coordinates(K))) or not self._loop.abscissa(K)[0][0] < 0:
+            return None
+        value = max((value for value, _ in self._measure()(K)), default=math.inf)
+        return Minimum(
+            x=K.ravel(), value=value, stationarity=math.inf, radius=0.0, evaluations=1, steps=0, seconds=0.0,
+            message="nothing better than the given gain was found",
+        )  # fmt: skip
+
+    def _reported(
+        self, candidates: list[Minimum], given: Minimum | None, starts: list[float], tuned: float
+    ) -> StaticFeedback:
+        """The record with the smallest proved norm; further ones only where the best one's bracket is wide.
+
+        A gain whose norm cannot be certified is passed over for the next one. The given gain wins where it is better.
+        """
         begun = perf_counter()
-        records = [self._record(candidates[0], starts, tuned, begun)]
-        for m in candidates[1:]:
-            if math.exp(m.value) >= min(record.upper for record in records):
+        records: list[StaticFeedback] = []
+        refusals: list[str] = []
+        for m in candidates:
+            if math.exp(m.value) >= min((record.upper for record in records), default=math.inf):
                 break
-            records.append(self._record(m, starts, tuned, begun))
-        return min(records, key=lambda record: record.upper)
+            try:
+                records.append(self._record(m, starts, tuned, begun))
+            except (InputError, np.linalg.LinAlgError) as error:
+                refusals.append(str(error))
+        best = min(records, key=lambda record: record.upper, default=None)
+        if given is not None and (best is None or math.exp(given.value) < best.value):
+            try:
+                own = self._record(given, starts, tuned, begun)
+                best = own if best is None or own.value < best.value else best
+            except (InputError, np.linalg.LinAlgError) as error:
+                refusals.append(str(error))
+        if best is None:
+            raise InfeasibleError(
+                f"the norm of the gain that was found must be certified; it cannot be: {refusals[0]} "
+                "Bound the gain, or price it."
+            )
+        return best
 
     def _record(self, best: Minimum, starts: list[float], tuned: float, begun: float) -> StaticFeedback:
         """The exact norm of one gain."""
