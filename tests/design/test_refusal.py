@@ -49,10 +49,20 @@ def test_bounds_without_a_stable_loop_are_refused_by_the_root_that_does_not_deca
     # velocity feedback of the wrong sign, whatever is chosen
     outward = {"K_h": (0.5, 50.0), "K_hdot": (-200.0, -1.0), "K_zdot": (-50.0, -2.0)}
     walled = replace(heave, bounds={**heave.bounds, **outward})
-    for attempt in (lambda: design(walled, starts=1), lambda: refine(walled, heave.approved)):
+    inside = heave.approved.with_values(K_h=1.0, K_hdot=-2.0, K_zdot=-3.0)
+    for attempt in (lambda: design(walled, starts=1), lambda: refine(walled, inside)):
         with pytest.raises(InfeasibleError, match=NAMED + r".*--fix values that stabilise") as refused:
             attempt()
         assert "'decay rate' must be >= 0 1/s; best found -" in str(refused.value)
+
+
+def test_a_start_outside_the_bounds_is_refused_and_not_moved(heave):
+    outside = heave.approved.with_values(K_h=51.0)
+    for attempt in (refine, lambda problem, gains: design(problem, starts=1, start=gains)):
+        with pytest.raises(InputError, match=r"K_h of the start must lie within its bounds \[-50.0, 50.0\]; got 51"):
+            attempt(heave, outside)
+    at_the_edge = heave.approved.with_values(tau_h=heave.bounds["tau_h"][0])
+    assert refine(heave, at_the_edge).analysis.stable
 
 
 def test_of_several_gains_those_are_named_that_miss_least(heave):

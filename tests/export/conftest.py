@@ -25,7 +25,10 @@ LIMITS = {
 
 
 def design_of(gains: Gains, name: str = "revenue_vehicle") -> Design:
-    problem = load_problem(name).with_requirements(Requirement(*limit) for limit in LIMITS.items())
+    problem = load_problem(name)
+    sideways = "sway_roll_yaw" in problem.setting.groups
+    asked = [Requirement(*limit) for limit in LIMITS.items() if sideways or "lateral" not in limit[0]]
+    problem = problem.with_requirements(asked)
     analysis = analyse(problem.setting, gains, problem.name)
     start = Start(number=0, cost=analysis.cost or 0.0, violation=0.0, evaluations=1, message="given")
     return Design(

@@ -9,9 +9,11 @@ from html.parser import HTMLParser
 import pytest
 
 from workbench.control import Gains
+from workbench.design.design import given
 from workbench.design.robustness import Case
 from workbench.design.tradeoff import TradeOff
 from workbench.errors import InputError
+from workbench.export.problem import load_problem
 from workbench.export.report import report_html, write_report
 
 VOID = {"meta", "br", "hr", "img", "input", "link"}
@@ -161,6 +163,13 @@ def test_an_unstable_design_is_reported_as_such_without_figures_it_cannot_have(u
     assert page.tags["svg"] == 1
     assert "The loop is unstable under these gains" in page.words
     assert "10 of 10 requirements missed" in page.words
+
+
+def test_a_rate_without_filter_is_reported_by_its_roots_and_not_called_unstable():
+    problem = load_problem("report_1975")
+    page = Page(report_html(given(problem, problem.approved.with_values(tau_h=0.0, tau_hp=0.0))))
+    assert "a gap's rate is taken without a filter" in page.words.lower()
+    assert "The loop is unstable" not in page.words
 
 
 def test_a_problem_of_heave_alone_shows_what_it_looks_at_and_no_more(heave_design):

@@ -40,9 +40,14 @@ def design_tuning(folder: Path, out: Path, *, solver: str, json: bool) -> None:
     judged = requirements(problem, kept)
     missed = [r for r in judged if not r["met"]]
     if missed or not kept.stable:
-        words = "; ".join(f"{r['name']} must be <= {r['limit']:g}; best found {r['value']:.6g}" for r in missed)
+        sentence = "{name} must be <= {limit:g}; best found {value:.6g} ({where})"
+        words = "; ".join(sentence.format(**r) for r in missed)
+        if not kept.stable:
+            beyond = problem.unstable_poles(rounded)
+            left = f"leave {beyond} that are not" if beyond > 0 else "leave poles too near the axis to decide"
+            words = f"every pole must be stable; the best gains found {left}"
         raise InfeasibleError(
-            f"the limits of {problem.name!r} cannot be met together: {words or 'no stable gains'}. "
+            f"the limits of {problem.name!r} cannot be met together: {words}. "
             "Raise one of them, or free more places of the controller."
         )
     created = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")

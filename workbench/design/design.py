@@ -75,7 +75,8 @@ class Start(Result):
 class Design(Result):
     """Gains that meet every requirement of a problem, with the evidence.
 
-    gains : rounded as printed;  analysis : exact measures of these gains;  requirements : verdicts
+    gains : rounded as printed, or given ones that meet everything to their last digit alone
+    analysis : exact measures of these gains;  requirements : verdicts
     starts : how each start ended;  binding : requirements at their limits;  seed, solver : how to get there again
     """
 
@@ -167,8 +168,8 @@ def design(
     with one_thread():  # matrices of order 15 are slower on two threads than on one
         programme = Programme(problem, back_off=BACK_OFFS[0])  # refuses what cannot be designed, before any process
         jobs = jobs_of(problem, starts, seed, solver, start)
+        warm = [programme.start(gains) for gains in ([start] if start else []) + list(near)]
         outcomes, log = relaxed_starts(problem, jobs, workers, on_start)
-        warm = [programme.x(gains) for gains in ([start] if start else []) + list(near)]
         candidates = [*(o.x for o in distinct(outcomes)[:FINISHED]), *warm]
         return finished(problem, programme, candidates, tuple(log), seed, solver)
 
@@ -180,7 +181,7 @@ def refine(problem: Problem, start: Gains, *, solver: str = "slsqp") -> Design:
     """
     with one_thread():
         programme = Programme(problem, back_off=BACK_OFFS[0])
-        return finished(problem, programme, [programme.x(start)], (), 0, solver)
+        return finished(problem, programme, [programme.start(start)], (), 0, solver)
 
 
 def finished(

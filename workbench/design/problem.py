@@ -71,16 +71,15 @@ class Problem(Result):
                 f"{name!r} can be required only of a vehicle whose motor is part of its control; "
                 f"problem {self.name!r} has none. Describe the motor in a block [motor], or drop the requirement."
             )
-        moving = {c for s in self.setting.subjects for c in s.coordinates}
         lateral, groups = "lateral" in name, ", ".join(self.setting.groups)
-        if lateral and "Y" not in moving:
+        if lateral and not {"sway_roll_yaw", "all"} & set(self.setting.groups):
             raise InputError(
                 f"{name!r} can be required only where the vehicle moves sideways; problem {self.name!r} looks at "
                 f"{groups}. Add the group sway_roll_yaw, or drop the requirement."
             )
         aside = any(y != 0 for _, y, _ in self.setting.points.values())
-        felt = {"Z", "Theta"} & moving or ("Phi" in moving and aside)
-        if name in RIDE_MASKS and not lateral and not felt:
+        rolls_alone = set(self.setting.groups) == {"sway_roll_yaw"}
+        if name in RIDE_MASKS and not lateral and rolls_alone and not aside:
             raise InputError(
                 f"{name!r} can be required only where a point of the ride moves up and down; problem {self.name!r} "
                 f"looks at {groups}. Add the group heave_pitch or a point beside the middle, or drop the requirement."

@@ -117,7 +117,7 @@ def robust_design(
             candidates = [o.x for o in distinct(outcomes)[:FINISHED]]
             nominal = _nominal_cost(problem, candidates, log, seed, solver)
         else:
-            candidates, log, nominal = [programme.x(start)], [], None
+            candidates, log, nominal = [programme.start(start)], [], None
         chart = SharedChart(programme, [np.ones(17)])
         family = Family(programme, (), chart, cost=variation.cost, back_off=BACK_OFF)
         for name, values in variation.models.items():

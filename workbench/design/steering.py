@@ -22,6 +22,7 @@ from workbench.design.requirement import strictest
 from workbench.design.rows import ROWS, Evaluated
 from workbench.errors import InputError
 
+ROUNDING = 1e-9  # of the width of a bound: a logarithm and a product away from the gain as given
 COST_SCALE = 1e4  # J = 10⁴ Σ mean squares in g²
 TYPICAL = {
     "K_h": 1.0, "K_hdot": 0.2, "K_hp": 1.0, "K_hpdot": 0.2,
@@ -137,15 +138,29 @@ class Programme:
         return Gains(**dict(zip(GAIN_NAMES, self.theta(x).tolist(), strict=True)))
 
     def x(self, gains: Gains) -> np.ndarray:
-        """The variables that stand for given gains, moved inside the bounds.
+        """The variables that stand for given gains, moved inside the bounds; what is fixed stays the problem's.
 
         First rescaled to the problem's fixed K_heave and K_sway where that leaves the loop as it is.
         """
+        low, high = self.bounds()
+        return np.clip(self._scaled(gains), low, high)
+
+    def start(self, gains: Gains) -> np.ndarray:
+        """The same of gains that a design is asked to start from: refused outside the bounds, not moved."""
+        x, (low, high) = self._scaled(gains), self.bounds()
+        room = ROUNDING * (high - low)
+        for k in np.flatnonzero((x < low - room) | (x > high + room)):
+            name = GAIN_NAMES[self.free[k]]
+            raise InputError(
+                f"{name} of the start must lie within its bounds {list(self.problem.bounds[name])}; got "
+                f"{getattr(self._in_our_scale(gains), name):.6g}. Widen the bounds or give another start."
+            )
+        return np.clip(x, low, high)
+
+    def _scaled(self, gains: Gains) -> np.ndarray:
         given = self._in_our_scale(gains).as_dict()
         values = np.array([given[GAIN_NAMES[k]] for k in self.free])
-        scaled = np.where(self._log, np.log(np.where(self._log, np.maximum(values, 1e-6), 1.0)), values / self._typical)
-        low, high = self.bounds()
-        return np.clip(scaled, low, high)
+        return np.where(self._log, np.log(np.where(self._log, np.maximum(values, 1e-6), 1.0)), values / self._typical)
 
     def _in_our_scale(self, gains: Gains) -> Gains:
         """The same loop with the fixed values of the modal gains that may be chosen freely (`ModalLaw.references`)."""

@@ -23,6 +23,7 @@ from workbench.result import figure as digits
 from workbench.writing import write_text
 
 UNSTABLE = "The loop is unstable under these gains: it has no stationary response, and no spectra or margins."
+UNFILTERED = "A gap's rate is taken without a filter: the loop has roots, but no responses, spectra or margins."
 
 
 def report_html(
@@ -47,15 +48,16 @@ def report_html(
     if table is not None and table.to_gains() != design.gains:
         raise InputError("the gain table must hold the design's gains; it holds others. Make both from one design.")
     when = table.created if table and created is None else (created or datetime.now(UTC)).strftime("%Y-%m-%dT%H:%M:%SZ")
-    stable = design.analysis.stable
+    responds = design.analysis.cost is not None
+    why_not = UNFILTERED if design.analysis.stable else UNSTABLE
     sections = [
         ("Requirements", _requirements(design.requirements)),
         ("Gains", _gains(design)),
         ("Roots", _figures(root_figures(design))),
         ("Trade-off", _figures(trade_off_figures(design, trade_off))),
-        ("Ride, strokes and currents", _ride(design) if stable else f"<p>{UNSTABLE}</p>"),
-        ("Spectra", _figures(spectrum_figures(design, exposure)) if stable else ""),
-        ("Loops", _figures(nyquist_figures(design)) if stable else ""),
+        ("Ride, strokes and currents", _ride(design) if responds else f"<p>{why_not}</p>"),
+        ("Spectra", _figures(spectrum_figures(design, exposure)) if responds else ""),
+        ("Loops", _figures(nyquist_figures(design)) if responds else ""),
         ("Robustness", _robustness(robustness or {})),
         ("Provenance", _provenance(design, table)),
     ]
