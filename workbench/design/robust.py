@@ -149,11 +149,11 @@ class _Exchange:
 
     def as_it_is(self, x: np.ndarray):
         """A candidate's own gains, if they hold everywhere; None if not."""
-        gains = rounded(self.family.gains(x))
-        worst, failing, own = self._searched(gains)
-        if failing or own or self.family.growth(self.family.whole(x)) >= 0:
-            return None
         z = self.family.whole(x)
+        gains = rounded(self.family.gains(z))
+        worst, failing, own = self._searched(gains)
+        if failing or own:
+            return None
         cost = float(np.exp(self.family.at(z).objective))
         return gains, Outcome(z, cost, 0.0, (), "as given", 0), worst
 
