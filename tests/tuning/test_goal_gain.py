@@ -204,3 +204,27 @@ def test_wrong_weights_and_limits_are_refused():
         Tracking(inputs=("a", "c"), outputs="b", response_time=1.0)
     with pytest.raises(InputError, match="left must be proper"):
         WeightedGain(inputs="a", outputs="b", left=([1.0, 0.0], [1.0]))
+
+
+@pytest.mark.parametrize("unit", [1e-12, 1e-6, 1.0, 1e6, 1e12])
+def test_a_sampled_loop_has_no_pole_at_minus_one_in_any_units_of_its_states(unit):
+    system = plant(
+        [[0.5, unit], [0, 0.6]], [[0, 0], [1 / unit, 1 / unit]], [[1.0, 0]], inputs=["u", "w"], outputs=["y"]
+    )
+    loop = loop_of(system, controls=["u"], measured=["y"], sample_time=0.1)
+    bound = Gain(inputs="w", outputs="y").bind(loop)
+    # 1/((z − 0.5)(z − 0.6) + 0.1): 1/|z² − 1.1 z + 0.4| on the circle
+    z = np.exp(1j * np.linspace(0, np.pi, 200_001))
+    peak = (1 / np.abs(z**2 - 1.1 * z + 0.4)).max()
+    K = Controller.static([[-0.1]])
+    assert bound.exact(K).value == pytest.approx(peak, rel=1e-8)
+    assert bound.evaluate(K).value == pytest.approx(peak, rel=1e-8)
+
+
+@pytest.mark.parametrize("distance", [1e-3, 1e-7, 1e-11])
+def test_a_stable_pole_near_minus_one_is_stable(distance):
+    system = plant([[distance - 1, 0], [0, 0.9]], [[0, 1], [1, 1]], [[1.0, 1.0]], inputs=["u", "w"], outputs=["y"])
+    loop = loop_of(system, controls=["u"], measured=["y"], sample_time=0.1)
+    found = Gain(inputs="w", outputs="y").bind(loop).exact(Controller.static([[0.0]]))
+    # at z = −1: 1/d + 1/1.9, to the rounding of the pole's distance
+    assert found.value == pytest.approx(1 / distance + 1 / 1.9, rel=1e-3)

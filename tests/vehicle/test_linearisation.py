@@ -11,6 +11,7 @@ from workbench.errors import InputError
 from workbench.ledger.baseline import report_law, report_model, report_vehicle
 from workbench.loop import subject
 from workbench.loop.subject import coupling
+from workbench.lti import Plant
 from workbench.vehicle import Extras, Vehicle, linearise, trim
 from workbench.vehicle.equations import equations
 
@@ -53,6 +54,30 @@ def test_an_asymmetric_vehicle_is_not_split_into_groups():
     lopsided = report_vehicle().with_values(positions=((9.0, 0.965), (9.0, -0.9), (-7.65, 0.965), (-7.65, -0.965)))
     with pytest.raises(InputError, match="Place the coil sets symmetrically"):
         subject(linearise(lopsided).plant, report_law(), "heave_pitch")
+
+
+@pytest.mark.parametrize("lag", [0.0, 0.01])
+@pytest.mark.parametrize("unit", [1e-6, 1.0, 1e6])
+def test_a_vehicle_with_one_weak_set_is_not_split_into_groups_though_its_stiffness_is_symmetric(lag, unit):
+    plant = linearise(report_vehicle().with_values(extras=Extras(current_lag=lag))).plant
+
+    def with_forces(shares):
+        """The plant whose sets pull with a share of their force per current; currents in other units."""
+        A, B = plant.A.copy(), plant.B.copy()
+        for number, share in enumerate(shares, 1):
+            if lag:
+                A[:10, plant.index("states", [f"current_{number}"])] *= share * unit
+            else:
+                B[:10, plant.index("inputs", [f"command_{number}"])] *= share * unit
+        return Plant(
+            A=A, B=B, C=plant.C, D=plant.D, states=plant.states, inputs=plant.inputs, outputs=plant.outputs
+        )  # fmt: skip
+
+    assert subject(with_forces([0.7] * 4), report_law(), "heave_pitch").name == "heave_pitch"
+    for group in ("heave_pitch", "heave", "sway_roll_yaw"):
+        with pytest.raises(InputError, match="acceleration per current"):
+            subject(with_forces([0.7, 1, 1, 1]), report_law(), group)
+    assert subject(with_forces([0.7, 1, 1, 1]), report_law(), "all").name == "all"
 
 
 def test_the_linear_plant_is_the_tangent_of_the_nonlinear_one():

@@ -149,13 +149,15 @@ def subject(plant: Plant, law: ModalLaw, name: str, *, unused: bool = False) -> 
     if name == "all":
         each = np.eye(len(law.commands))
         return Subject(name, _along(plant, law, each), law, COORDINATES, tuple(range(5)), each)
-    coupled = coupling(plant)
-    if coupled > COUPLING_ALLOWED:
-        raise InputError(
-            "heave/pitch and sway/roll/yaw must be decoupled to be looked at by group; "
-            f"their coupling is {coupled:.2g} of the largest acceleration per displacement. "
-            "Place the coil sets symmetrically, or take group 'all'."
-        )
+    for coupled, what in (
+        (coupling(plant), "acceleration per displacement"), *current_coupling(plant, law, unused=unused),
+    ):  # fmt: skip
+        if coupled > COUPLING_ALLOWED:
+            raise InputError(
+                "heave/pitch and sway/roll/yaw must be decoupled to be looked at by group; "
+                f"their coupling is {coupled:.2g} of the largest {what}. "
+                "Place the coil sets symmetrically and make them alike, or take group 'all'."
+            )
     whole = commanded("heave_pitch" if name == "heave" else name, law, unused=unused)
     coordinates, channels, patterns = whole.coordinates, whole.channels, whole.patterns
     if name == "heave":
@@ -170,6 +172,32 @@ def coupling(plant: Plant) -> float:
     off = max(np.abs(plant.A[np.ix_(a, b)]).max() for a, b in (groups, groups[::-1]))
     both = [*groups[0], *groups[1]]
     return float(off / np.abs(plant.A[np.ix_(both, both)]).max())
+
+
+def current_coupling(plant: Plant, law: ModalLaw, *, unused: bool = False) -> list[tuple[float, str]]:
+    """How much the patterns of one group move, and are moved by, the other: each relative to the largest of its kind.
+
+    A plant whose stiffness is symmetric may still have sets of unlike force, or currents that lag unlike.
+    """
+    spreads = [commanded(name, law, unused=unused).patterns for name in GROUPS]
+    motions = [plant.index("states", [*names, *(f"{c}_rate" for c in names)]) for names in (SYMMETRIC, ANTISYMMETRIC)]
+    lagging = set(law.currents) <= set(plant.states)
+    currents = plant.index("states", law.currents) if lagging else []
+    driven = plant.A[:, currents] if lagging else plant.B[:, plant.index("inputs", law.commands)]
+
+    def across(parts: list[list[np.ndarray]]) -> float:
+        """Largest entry off the diagonal of two by two blocks over the largest of all."""
+        sizes = [[float(np.abs(part).max(initial=0.0)) for part in row] for row in parts]
+        return max(sizes[0][1], sizes[1][0]) / (max(map(max, sizes)) or 1.0)
+
+    found = [(across([[driven[rows] @ V for V in spreads] for rows in motions]), "acceleration per current")]
+    if lagging:
+        own = plant.A[currents]
+        found += [
+            (across([[V.T @ own[:, columns] for columns in motions] for V in spreads]), "current per motion"),
+            (across([[V.T @ driven[currents] @ W for W in spreads] for V in spreads]), "current per current"),
+        ]
+    return found
 
 
 def _along(plant: Plant, law: ModalLaw, patterns: np.ndarray) -> Plant:

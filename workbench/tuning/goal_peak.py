@@ -33,7 +33,6 @@ BESIDE = 1e-4  # of the first frequency off an end: a limit's gradient there is 
 NO_END = (
     "towards ω = {} the limit vanishes beside the response, or asks for more than any gain; the measure is infinite."
 )
-SMALLEST_W_PIVOT = 1e-9  # of I + A of a sampled system: a pole this close to z = −1 is taken as unstable
 
 
 class Shape(Protocol):
@@ -87,15 +86,18 @@ def warped(omega: np.ndarray, sample_time: float) -> np.ndarray:
 
 
 def in_w_plane(system: Realisation, sample_time: float) -> Realisation | None:
-    """The continuous system with the same response at s = (2/h)(z − 1)/(z + 1); None with a pole at z = −1."""
-    A, B, C, D = system
+    """The continuous system with the same response at s = (2/h)(z − 1)/(z + 1); None with a pole at z = −1.
+
+    The states are balanced first; then I + A of a loop without a pole on the circle is as regular as that pole is far.
+    """
+    A, B, C, D = balanced(*system)
     n = len(A)
     if n == 0:
         return system
-    closing = np.eye(n) + A
-    if np.linalg.svd(closing, compute_uv=False)[-1] < SMALLEST_W_PIVOT:
+    try:
+        inverse = np.linalg.inv(np.eye(n) + A)
+    except np.linalg.LinAlgError:
         return None
-    inverse = np.linalg.inv(closing)
     root = 2 / math.sqrt(sample_time)
     return Realisation(
         (2 / sample_time) * inverse @ (A - np.eye(n)), root * inverse @ B, root * C @ inverse, D - C @ inverse @ B
@@ -123,9 +125,12 @@ def sampled(channel: Any, K: "Controller", *, judged: bool = False) -> Sampled:
         return _nothing(str(error))
     if not all(np.isfinite(block).all() for block in (A, B, C, D)):
         return _nothing("the closed loop's matrices overflow.")
-    system = Realisation(A, B, C, D) if h is None else in_w_plane(Realisation(A, B, C, D), h)
-    if system is None:
-        return _nothing("the closed loop has a pole at z = −1; its measure does not exist.")
+    system: Realisation | None = Realisation(A, B, C, D)
+    if h is not None:
+        reason = stability_reason(np.linalg.eigvals(balanced(*system).A), h)  # in z, where the loop is given
+        system = None if reason else in_w_plane(system, h)
+        if system is None:
+            return _nothing(reason or "the closed loop has a pole at z = −1; its measure does not exist.")
     system = balanced(*system)
     poles, vectors = np.linalg.eig(system.A)
     reason = stability_reason(poles, h, in_w_plane=h is not None)
