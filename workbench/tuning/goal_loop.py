@@ -201,6 +201,10 @@ class LoopGainShape:
             if power and asked and not (far and sampled):
                 weight = (size * self.scale) ** float(self.power)
                 found[k] = size_at_end(limit(*first_terms(V, far=far), power * self.power, weight, far=far))
+        if math.isnan(found[0]) and len(T.D) == 1 and self._wanted(np.zeros(1))[0]:
+            rest = Realisation(V.A, V.B, -V.C, np.eye(1) - V.D)  # I − V: where it vanishes V (I − V)⁻¹ is infinite
+            powers, _ = first_terms(rest, far=False)
+            found[0] = math.inf if powers[0, 0] > 0 else math.nan
         return found[0], found[1]
 
     def corners(self) -> np.ndarray:

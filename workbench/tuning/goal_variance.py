@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from workbench.analysis.realisation import Realisation
+from workbench.analysis.realisation import Realisation, balanced
 from workbench.analysis.variance import stationary
 from workbench.errors import InputError
 from workbench.tuning.goal import Bound, Goal, Value, infinite, positive, stability_reason
@@ -137,13 +137,17 @@ class VarianceMeasure:
         T, whole, reason = self._systems(K)
         if T is None or whole is None:
             return infinite(reason)
-        A, B, C, D = whole
+        A, B, C, D = balanced(*whole)
         label, h = self._label(), self.channel.sample_time
         if h is not None:
             square = (energy_by_doubling(A, B, C, sampled=True) + float(np.sum(D**2))) / h
             return Value(value=math.sqrt(square) / self.limit, channel=label, method="covariance by doubling")
         try:
             found = stationary(A, B, correlation=np.eye(B.shape[1]))
+            rms = np.sqrt(found.covariance[0].diagonal())  # states in units of their own rms: the bound is narrow there
+            units = 2.0 ** np.round(np.log2(np.where(rms > 0, rms, 1.0)))
+            C = C * units
+            found = stationary(A / units[:, None] * units, B / units[:, None], correlation=np.eye(B.shape[1]))
         except InputError as error:
             return infinite(str(error))
         square = max(float(found.mean_squares(C).sum()), 0.0)
