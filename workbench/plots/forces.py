@@ -67,7 +67,7 @@ def speed_curves(
         Height [m].
     """
     speeds = np.geomspace(1.0, 150.0, 40) if speeds is None else np.asarray(speeds, dtype=float)
-    found = [plane_forces(coils.width, coils.length, gap, float(v), conductor, order=6) for v in speeds]
+    found = [plane_forces(coils.width, coils.length, gap, float(v), conductor, accuracy=1e-6) for v in speeds]
     return SpeedCurves(
         speed=speeds,
         lift=np.array([1e6 * f.lift for f in found]),
