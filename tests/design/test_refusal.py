@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from workbench.analysis.analysis import analyse
-from workbench.commands.design import _check_one_way
 from workbench.design import design as module
 from workbench.design.design import design, refine
 from workbench.design.model import Box, Variation
@@ -18,6 +17,8 @@ from workbench.design.solve import Outcome
 from workbench.design.verdict import verdicts
 from workbench.errors import InfeasibleError, InputError
 from workbench.export.problem import load_problem
+from workbench.study.definition import Parameter, Study
+from workbench.study.designs import designed
 
 # requirement, sense, limit, unit; best found value, unit (where), a miss of so many per cent
 NAMED = (
@@ -116,10 +117,19 @@ def test_a_box_that_nothing_bears_is_refused_by_a_requirement_and_its_model(heav
         robust_design(heave, box, start=heave.approved)
 
 
-def test_a_variation_and_a_schedule_together_are_refused_by_the_command(heave):
+def test_a_variation_and_a_schedule_together_are_refused(heave):
     plan = Plan(range=(100.0, 140.0), requirements=(Requirement("damping ratio", 0.3),))
     variation = Variation(box=Box({"mass": (0.9, 1.1)}))
     for one in (heave, replace(heave, plan=plan), replace(heave, variation=variation)):
-        _check_one_way(one)
-    with pytest.raises(InputError, match=r"both a \[variation\] and a \[schedule\].*--robust.*--no-robust"):
-        _check_one_way(replace(heave, plan=plan, variation=variation))
+        one.check_one_way("choose")
+    both = replace(heave, plan=plan, variation=variation)
+    with pytest.raises(InputError, match=r"a \[variation\] or a \[schedule\]; problem 'heave' describes both: choose"):
+        both.check_one_way("choose")
+    study = Study(
+        problem="heave",
+        task="design",
+        sampling="list",
+        parameters=(Parameter(name="mass", distribution="values", values=(1.0,)),),
+    )
+    with pytest.raises(InputError, match="leave one of them out of the problem"):
+        designed(both, study, heave.approved, one_speed=False)

@@ -67,7 +67,9 @@ def design(
         return design_tuning(plant_alone, out, solver=solver, json=json)
     loaded = load_problem(problem, speed=speed).with_fixed(parse_fixed(fix))
     if robust is None and speed is None:
-        _check_one_way(loaded)
+        loaded.check_one_way(
+            "say --robust for one set of gains that bears the variation, or --no-robust for the schedule"
+        )
     check_folder(out)
     scheduled = borne = None
     with progress(json) as show:
@@ -120,17 +122,6 @@ def design(
     if boxes:
         _print_boxes(table)
     say(f"gain table  {path}\nreport      {report}")
-
-
-def _check_one_way(problem) -> None:
-    """Refuses to choose between a variation and a schedule: a schedule is not designed for a variation."""
-    from workbench.errors import InputError
-
-    if problem.variation is not None and problem.plan is not None:
-        raise InputError(
-            f"{problem.name!r} describes both a [variation] and a [schedule]; a design takes one. Say --robust for one "
-            "set of gains that bears the variation, or --no-robust for the schedule."
-        )
 
 
 def _robust(problem, options, on_start, show):

@@ -85,6 +85,16 @@ class Problem(Result):
                 f"looks at {groups}. Add the group heave_pitch or a point beside the middle, or drop the requirement."
             )
 
+    def check_one_way(self, cure: str) -> None:
+        """Refuses a variation and a schedule together: a schedule is not designed for a variation.
+
+        cure : what its caller may do to choose one
+        """
+        if self.variation is not None and self.plan is not None:
+            raise InputError(
+                f"a design takes a [variation] or a [schedule]; problem {self.name!r} describes both: {cure}."
+            )
+
     @property
     def free(self) -> tuple[str, ...]:
         """Names of the free parameters, in the order of `GAIN_NAMES`."""

@@ -2,7 +2,8 @@
 
     problem --[variation]--> gains for many models;  --[schedule]--> gains over speed;  --neither--> one set of gains
 
-The same choice as `workbench design` makes: what varies goes first, and a row at a speed of its own is for that speed.
+The same choice as `workbench design` makes; of a variation and a schedule together a row at a speed of its own takes
+the variation, and any other is refused.
 """
 
 from collections.abc import Mapping
@@ -37,6 +38,8 @@ def designed(problem: Problem, study: Study, start: Gains | None, *, one_speed: 
         If something asked for cannot be met.
     """
     seeded = {"starts": study.starts, "seed": study.seed}
+    if not one_speed:
+        problem.check_one_way("leave one of them out of the problem")
     if problem.variation is not None:
         robust = robust_design(problem, start=start) if start is not None else robust_design(problem, **seeded)
         return Designed(robust.design, robust)
