@@ -90,3 +90,14 @@ def test_a_goal_without_a_limit_is_refused():
         Poles(damping=0)
     with pytest.raises(InputError, match="0 ≤ low < high"):
         Poles(decay=1.0, focus=(3.0, 1.0))
+
+
+@pytest.mark.parametrize("unit", [1e-6, 1.0, 1e6])
+def test_a_damping_of_one_is_met_by_real_poles_alone(unit):
+    K = Controller.static([[0.0]])
+    for poles, met in (([-1.0, -2.0], True), ([-1.0, -1.0], True), ([-1 + 1e-3j, -1 - 1e-3j], False)):
+        bottom = np.poly(poles).real
+        A = np.array([[-bottom[1], -bottom[2]], [1.0, 0.0]]) * unit
+        system = plant(A, np.array([[unit], [0.0]]), np.array([[0.0, 1.0]]), inputs=["u"], outputs=["y"])
+        found = Poles(damping=1.0).bind(loop_of(system, controls=["u"], measured=["y"])).exact(K)
+        assert (found.upper <= 1) is met

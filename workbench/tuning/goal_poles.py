@@ -226,6 +226,9 @@ class PoleMeasure:
         """A level a little above `value` that a Lyapunov matrix proves, or None."""
         if self.region.focus != FULL_BAND:
             return None
+        if what == "damping" and value <= 2 - 1 / (self.region.damping or 1.0):  # every pole real: no sector is wider
+            matrix = self._stable_if_met(A, "decay", 1.0)
+            return value if matrix is not None and proved_stable(matrix) else None
         slack = FIRST_SLACK
         while slack <= LAST_SLACK:
             level = value + slack * max(1.0, abs(value))
