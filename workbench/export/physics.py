@@ -125,9 +125,11 @@ class OperatingPointBlock(Block):
 
     @model_validator(mode="after")
     def whole(self) -> "OperatingPointBlock":
-        """A share is of a set."""
+        """A share is of a set, a lever of a force."""
         if self.lost_set is None and self.lost_share != 1.0:
             raise ValueError("lost_share needs lost_set, the number of the coil set that fails")
+        if not self.side_force_n and (self.side_force_above_cg_m or self.side_force_ahead_of_cg_m):
+            raise ValueError("side_force_above_cg_m and side_force_ahead_of_cg_m need side_force_n, the force itself")
         return self
 
     def conditions(self, mass: float, flown: float) -> Conditions:

@@ -32,6 +32,12 @@ class InertiaBlock(Block):
         a, b, c = self.roll_kg_m2, self.pitch_kg_m2, self.yaw_kg_m2
         if a > b + c or b > a + c or c > a + b:
             raise ValueError(f"no moment of inertia may exceed the sum of the other two; got {a:g}, {b:g}, {c:g} kg m²")
+        for name in ("roll", "pitch", "yaw"):
+            value, interval = getattr(self, f"{name}_kg_m2"), getattr(self, f"{name}_range_kg_m2")
+            if interval is not None and not interval[0] <= value <= interval[1]:
+                raise ValueError(
+                    f"{name}_kg_m2 must lie in {name}_range_kg_m2, [{interval[0]:g}, {interval[1]:g}]; got {value:g}"
+                )
         return self
 
 
@@ -267,6 +273,10 @@ class ProblemFile(BaseModel):
         names = [m.name for m in self.model]
         if len(set(names)) != len(names):
             raise ValueError(f"models must have distinct names; got {', '.join(names)}"[:200])
+        if "gap_minimum_m" in self.vehicle.model_fields_set and not isinstance(self.force_law, CornerBlock):
+            raise ValueError(
+                "vehicle.gap_minimum_m is of a force law from coils, kind 'corner' or 'taylor'; leave it out"
+            )
         if self.schedule is not None:
             low, high = self.schedule.range_m_s
             if not isinstance(self.force_law, CornerBlock):
