@@ -110,7 +110,7 @@ KINDS = {
     "force_law[first_order].kind": Pair(REVENUE, EXTENDED, ("poles",), also=AHEAD),
     "force_law[extended].kind": Pair(REVENUE, EXTENDED, ("poles",), also=AHEAD),
     "force_law[corner].kind": Pair(COILS, "taylor", refused="expansion_order"),
-    "force_law[taylor].kind": Pair(COILS, "corner", refused="expansion_order", also=EXPANDED),
+    "force_law[taylor].kind": Pair(COILS, "corner", refused="expansion_order", also=EXPANDED, slow=True),
 }
 
 SURROUNDINGS = {
