@@ -62,10 +62,13 @@ def _explained(error: BaseException) -> int:
         return _complain(
             f"{place} must be usable; the system says: {error.strerror or error}. Check path and space.", 2
         )
+    from workbench.export.problem_code import fault_of_problem_code
+
     usage = as_usage(error)
     if usage is not None:
         return _complain(usage, 2)
-    return _complain(_defect(error), 3)
+    theirs = fault_of_problem_code(error)
+    return _complain(_defect(error), 3) if theirs is None else _complain(theirs, 2)
 
 
 def _defect(error: BaseException) -> str:

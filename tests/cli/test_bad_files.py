@@ -2,7 +2,7 @@
 
 import pytest
 
-from workbench.export.reading import LARGEST_FILE
+from workbench.reading import LARGEST_FILE
 
 TAU = "tau_h = [0.03, 4.0]"
 

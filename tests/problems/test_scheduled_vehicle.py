@@ -16,8 +16,8 @@ from workbench.design.speed_family import force_numbers, plant_family, speed_fam
 from workbench.design.verdict import margin_verdicts, verdicts
 from workbench.errors import InfeasibleError, InputError
 from workbench.export.problem import load_problem, parse_problem, read_gains, read_schedule, shipped_problems
-from workbench.export.reading import read_mapping
 from workbench.export.table import read_table
+from workbench.reading import read_mapping
 
 FOLDER = shipped_problems()["scheduled_vehicle"]
 APPROVED = FOLDER / "approved.json"

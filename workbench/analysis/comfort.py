@@ -24,6 +24,7 @@ from workbench.analysis.ride import Direction, ThirdOctaves
 from workbench.constants import GRAVITY
 from workbench.errors import InputError, unknown_name
 from workbench.guideway.interpolation import LogLog
+from workbench.reading import read_mapping
 from workbench.result import Result, Row
 
 Level = Literal["reduced_comfort", "fatigue", "exposure"]
@@ -164,11 +165,9 @@ def read_mask(path: str | Path, direction: Direction) -> Mask:
     """
     path = Path(path)
     try:
-        data = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(f"a mask file must be readable; got {path} ({error.strerror}). Check the path.") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"a mask file must be TOML in UTF-8; got {path} ({error}). Mend that line.") from error
+        data = read_mapping(path, "TOML")
+    except InputError as error:
+        raise InputError(f"a mask file must be TOML and must be readable; {error}") from error
     if direction not in DIRECTIONS:
         raise unknown_name("direction", str(direction), DIRECTIONS)
     kinds = {"name": str, "provenance": str, "verified": bool, "frequency_hz": list}

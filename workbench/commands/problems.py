@@ -18,7 +18,7 @@ def problems(json: Json = False) -> None:
     """Lists the problems that ship, one line each."""
     from workbench.commands.output import emit_json, emit_table
     from workbench.export.problem import parse_problem, shipped_problems
-    from workbench.export.reading import read_mapping
+    from workbench.reading import read_mapping
 
     heads = {n: parse_problem(read_mapping(f / "data.toml")).problem for n, f in shipped_problems().items()}
     found = [{"name": name, "title": head.title, "groups": head.groups} for name, head in heads.items()]

@@ -163,7 +163,7 @@ class Session:
         InputError
             If the file is not one, is of another problem, or holds gains or factors that cannot be; nothing changes.
         """
-        from workbench.export.reading import read_mapping
+        from workbench.reading import read_mapping
 
         document = read_mapping(Path(path))
         if document.get("format") != STATE or document.get("problem") != self.nominal.name:

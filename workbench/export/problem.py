@@ -4,7 +4,6 @@ problems/<name>/data.toml --schema--> ProblemFile --problem.py--> design.Problem
 """
 
 import hashlib
-import importlib.util
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from importlib.resources import files
@@ -30,12 +29,13 @@ from workbench.export.physics import (
     level_flight,
     printed_law,
 )
-from workbench.export.reading import read_mapping, read_text
+from workbench.export.problem_code import maker
 from workbench.export.schema import ProblemFile
 from workbench.forces.motor import HybridMotor, VehicleCoil, Winding
 from workbench.guideway.irregularity import TYPES
 from workbench.guideway.roughness import Roughness
 from workbench.guideway.spectrum import PowerLaw
+from workbench.reading import read_mapping, read_text, shown
 from workbench.vehicle import Extras, Vehicle, current_forces, varied
 from workbench.vehicle.carried import check_carried
 from workbench.vehicle.drive import MotorDrive
@@ -372,22 +372,9 @@ def _number(name: str, value) -> float:
     return value
 
 
-def builder(folder: Path, plain: Callable = ProblemData.build, kind: str = "design.Problem") -> Callable:
-    """The function `problem` of the folder's problem.py, which makes a `kind`; the plain one where there is none."""
-    path = folder / "problem.py"
-    if not path.is_file():
-        return plain
-    spec = importlib.util.spec_from_file_location(f"workbench_problem_{folder.resolve().name}", path)
-    if spec is None or spec.loader is None:
-        raise InputError(f"{path} must be a Python file; it cannot be imported.")
-    module = importlib.util.module_from_spec(spec)
-    try:
-        spec.loader.exec_module(module)
-    except SyntaxError as error:
-        raise InputError(f"{path} must be valid Python; line {error.lineno}: {error.msg}.") from error
-    if not callable(getattr(module, "problem", None)):
-        raise InputError(f"{path} must define problem(data) that returns a {kind}.")
-    return module.problem
+def builder(folder: Path) -> Callable[[ProblemData], Problem]:
+    """What makes the problem of a folder: its problem.py, or `ProblemData.build` where there is none."""
+    return maker(folder, ProblemData.build, "design.Problem")
 
 
 def _sentence(error: ValidationError, place: str) -> str:
@@ -398,6 +385,6 @@ def _sentence(error: ValidationError, place: str) -> str:
         return f"{place}: key {key!r} is not known; check its name and unit against a shipped problem{more}."
     if first["type"] == "missing":
         return f"{place}: key {key!r} is missing; add it, with its unit in the name{more}."
-    given = str(first.get("input"))[:60]
+    given = shown(first.get("input"))
     message = first["msg"].removeprefix("Value error, ")
     return f"{place}: {key} is not usable: {message}; got {given}{more}." if key else f"{place}: {message}{more}."

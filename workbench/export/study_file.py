@@ -12,7 +12,7 @@ from workbench.design.requirement import QUANTITIES
 from workbench.errors import InputError, unknown_name
 from workbench.export.block import Finite, Positive
 from workbench.export.problem import read_gains, read_schedule, shipped_problems
-from workbench.export.reading import read_mapping
+from workbench.reading import read_mapping
 from workbench.study.definition import MOST_PARAMETERS, MOST_ROWS, Limit, Parameter, Study, Sweep
 
 Name = Annotated[str, Field(min_length=1, max_length=200)]

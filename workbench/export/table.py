@@ -24,7 +24,6 @@ from workbench.control.schedule import Schedule
 from workbench.errors import InputError
 from workbench.export.certificate import certificate_of, plant_part
 from workbench.export.digest import check_digest, digest_of
-from workbench.export.reading import read_mapping
 from workbench.export.table_schema import (
     CertificatePart,
     Decimal,
@@ -41,6 +40,7 @@ from workbench.export.table_schema import (
     Versions,
 )
 from workbench.lti import Plant
+from workbench.reading import read_mapping
 from workbench.result import Result, Row
 from workbench.writing import write_text
 

@@ -14,8 +14,8 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from workbench.convex.delayed import AffineLaw, DelayedPlant, Rational
 from workbench.convex.pid_problem import PidProblem
 from workbench.errors import InputError
-from workbench.export.problem import builder
-from workbench.export.reading import read_mapping
+from workbench.export.problem_code import maker
+from workbench.reading import read_mapping, shown
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
@@ -137,8 +137,8 @@ def load_tuning_problem(folder: Path) -> PidProblem:
     except ValidationError as error:
         first = error.errors(include_url=False, include_context=False)[0]
         key = ".".join(str(part) for part in first["loc"])
-        raise InputError(f"{path}: {key} is not usable: {first['msg']}; got {str(first.get('input'))[:60]}.") from error
-    problem = builder(folder, TuningData.build, "PidProblem")(TuningData(file, folder.resolve().name))
+        raise InputError(f"{path}: {key} is not usable: {first['msg']}; got {shown(first.get('input'))}.") from error
+    problem = maker(folder, TuningData.build, "PidProblem")(TuningData(file, folder.resolve().name))
     if not isinstance(problem, PidProblem):
         raise InputError(f"{folder / 'problem.py'} must return a PidProblem; got a {type(problem).__name__}.")
     return problem

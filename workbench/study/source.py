@@ -27,7 +27,7 @@ from workbench.export.problem import (
     read_schedule,
     shipped_problems,
 )
-from workbench.export.reading import read_text
+from workbench.reading import read_text
 from workbench.study.folder import check_trusted, own_files
 
 

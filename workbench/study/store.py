@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from workbench.errors import InputError
-from workbench.export.reading import read_mapping
+from workbench.reading import read_mapping
 from workbench.study.definition import sha256
 from workbench.writing import BEGUN, open_lock, write_text
 
