@@ -1,11 +1,12 @@
 """Passivity and conic sectors: an inequality between a channel's inputs and outputs at every frequency.
 
-    [y; u]ᴴ Q [y; u] < 0,  Q = W₁W₁' − W₂W₂',  H = [T; I]  -->  R(ω) = σ_max( W₁'H (W₂'H)⁻¹ ) < 1
+    [y; u]ᴴ Q [y; u] ≤ 0,  Q = W₁W₁' − W₂W₂',  H = [T; I]  -->  R(ω) = σ_max( W₁'H (W₂'H)⁻¹ ) ≤ 1
 
-For passivity W₁' = [I, −I]/√2 and W₂' = [I, I]/√2, so R = ‖(I − T)(I + T)⁻¹‖: below 1 exactly if T + Tᴴ > 0. R(ω) comes
-from the orthonormal factor of [W₁'H; W₂'H], which exists where W₂'H is singular too (there R is infinite). Where the
-sector is convex in T (Q's upper left block has no negative direction), R < 1 at all frequencies with a stable T is all
-that is needed; elsewhere W₂'H must also have its zeros on the left, which is checked.
+For passivity W₁' = [I, −I]/√2 and W₂' = [I, I]/√2, so R = ‖(I − T)(I + T)⁻¹‖: at most 1 exactly if T + Tᴴ ≥ 0. R(ω)
+comes from the orthonormal factor of [W₁'H; W₂'H], which exists where W₂'H is singular too (there R is infinite). Where
+the sector is convex in T (Q's upper left block has no negative direction), R ≤ 1 at all frequencies with a stable T is
+all that is needed; elsewhere W₂'H must also have its zeros on the left, which is checked. What decides at the sector's
+boundary is in `goal_scattering`.
 """
 
 import math
@@ -19,6 +20,7 @@ from workbench.errors import InputError
 from workbench.tuning.goal import NEAR, Bound, Goal
 from workbench.tuning.goal_gain import check_pairs, check_signals, check_weights
 from workbench.tuning.goal_peak import Axis, PeakMeasure, Piece
+from workbench.tuning.goal_scattering import SectorMeasure
 from workbench.tuning.goal_series import series
 from workbench.tuning.goal_weight import Filter, WeightLike, filter_of
 
@@ -36,7 +38,8 @@ class Passivity(Goal):
     input_index, output_index : float
         0 for mere passivity; with 4 · input_index · output_index < 1.
 
-    value = R, see the module. A strictly proper channel has R = 1 at infinity: give a focus band.
+    value = R, see the module. A strictly proper channel has R = 1 at infinity, one with an integrator at zero: met
+    where that is approached from below.
     """
 
     inputs: tuple[str, ...]
@@ -54,7 +57,7 @@ class Passivity(Goal):
         """The goal on one loop."""
         channel = loop.channel(inputs=self.inputs, outputs=self.outputs, openings=self.openings)
         matrix = _passive(len(self.inputs), self.input_index, self.output_index)
-        return Bound(self, PeakMeasure(channel, SectorShape.of(channel, matrix), self.focus))
+        return Bound(self, SectorMeasure(PeakMeasure(channel, SectorShape.of(channel, matrix), self.focus)))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -86,7 +89,9 @@ class WeightedPassivity(Goal):
                 f"and {count} inputs. Mend the filters."
             )
         matrix = _passive(count, self.input_index, self.output_index)
-        return Bound(self, PeakMeasure(channel, SectorShape.of(channel, matrix, left, right), self.focus))
+        return Bound(
+            self, SectorMeasure(PeakMeasure(channel, SectorShape.of(channel, matrix, left, right), self.focus))
+        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -136,7 +141,7 @@ class ConicSector(Goal):
     def bind(self, loop: Any) -> Bound:
         """The goal on one loop."""
         channel = loop.channel(inputs=self.inputs, outputs=self.outputs, openings=self.openings)
-        return Bound(self, PeakMeasure(channel, SectorShape.of(channel, self.matrix), self.focus))
+        return Bound(self, SectorMeasure(PeakMeasure(channel, SectorShape.of(channel, self.matrix), self.focus)))
 
 
 def _check_indices(into: float, out: float) -> None:
@@ -155,6 +160,7 @@ def _passive(count: int, into: float, out: float) -> np.ndarray:
 class SectorShape:
     """R(ω) of a sector; `above` and `below` are W₁' and W₂', (·, p + m)."""
 
+    matrix: np.ndarray  # Q
     above: np.ndarray
     below: np.ndarray
     convex: bool
@@ -170,10 +176,10 @@ class SectorShape:
         negative = values < 0
         p = len(Q) - int(negative.sum())
         return cls(
-            (vectors[:, ~negative] * np.sqrt(values[~negative])).T,
+            Q, (vectors[:, ~negative] * np.sqrt(values[~negative])).T,
             (vectors[:, negative] * np.sqrt(-values[negative])).T,
             bool(np.linalg.eigvalsh(Q[:p, :p]).min() >= -1e-12 * np.abs(values).max()),
-            left, right, p, tuple(channel.inputs),
+            left, right, p, tuple(channel.labels if isinstance(channel, cls) else channel.inputs),
         )  # fmt: skip
 
     def size(self, axis: Axis, T: np.ndarray) -> np.ndarray:
@@ -186,6 +192,22 @@ class SectorShape:
         cosine = np.linalg.svd(orthonormal[:, rows:], compute_uv=False)[:, -1]
         with np.errstate(divide="ignore"):
             return sine / cosine
+
+    def in_units(self, T: Realisation, unit: float) -> Realisation | None:
+        """W₁'H (W₂'H)⁻¹ of the same sector with the outputs in other units: another R, 1 at the same frequencies."""
+        X, sizes = self._system(T), np.r_[np.full(self.outputs, unit), np.ones(len(self.matrix) - self.outputs)]
+        other = SectorShape.of(self, self.matrix * np.outer(sizes, sizes))
+        return other.system(Realisation(X.A, X.B, X.C / unit, X.D / unit), False)
+
+    def form(self, axis: Axis, T: np.ndarray, rounding: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """λ_max(HᴴQH) (k,) and the size (k,) of the terms it is made of, with what a change (k,) of T makes of it."""
+        X = self._weighted(axis, T)
+        H = np.concatenate([X, np.broadcast_to(np.eye(X.shape[2]), (len(X), X.shape[2], X.shape[2]))], axis=1)
+        turned = np.swapaxes(H, 1, 2)
+        value = np.linalg.eigvalsh(turned.conj() @ self.matrix @ H)[:, -1]
+        size = np.linalg.norm(np.abs(turned) @ np.abs(self.matrix) @ np.abs(H), axis=(1, 2))
+        own, cross = (np.linalg.norm(part, 2) for part in np.split(self.matrix[: self.outputs], [self.outputs], axis=1))
+        return value, size + 2 * rounding * (own * np.linalg.norm(X, axis=(1, 2)) + cross)
 
     def pieces(self, axis: Axis, T: np.ndarray) -> list[Piece]:
         """∂(F G⁻¹) = (P₁ − F G⁻¹ P₂) ∂T G⁻¹, P the columns of W' that meet y."""
