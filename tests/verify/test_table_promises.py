@@ -31,7 +31,7 @@ def test_every_promise_of_a_fresh_table_is_proved_from_the_table_alone(revenue):
     assert report.proved
     assert report.digest_ok
     assert report.plant_follows
-    assert len(report.findings) == len(revenue.design.requirements) == 12
+    assert len(report.findings) == len(revenue.design.requirements) + 1 == 13  # and the delay of all commands at once
     assert all(f.verdict == "proved" and f.method.startswith("ball arithmetic") for f in report.findings)
 
 
@@ -41,6 +41,8 @@ def test_every_proved_enclosure_holds_the_workbenchs_own_floating_value(revenue,
         values = {v.name: v.value for v in file.design.requirements}
         values |= {f"peak sensitivity, {g}": p.value for g, p in a.peak_sensitivity.items() if p is not None}
         for f in verify_document(file.document).findings:
+            if f.name == "delay margin, uniform":  # the workbench's own promise; `test_adversary` derives it otherwise
+                continue
             low, high = f.proved or (1.0, 0.0)
             # 1e-9: the workbench's own error, of eigenvalues of a badly scaled matrix (1e-12) and of the Lyapunov
             # equation; the enclosures are narrower than that except for the bracket of the peak, 1e-9 wide
@@ -195,7 +197,7 @@ def test_a_promise_taken_out_is_missed(revenue):
         document["promises"] = [p for p in document["promises"] if p["name"] != "peak sensitivity, sway_roll_yaw"]
 
     report = verify_document(revenue.changed(one_group))
-    assert report.faults == ("'peak sensitivity' <= 2 is required and not promised",)
+    assert report.faults == ("'peak sensitivity, sway_roll_yaw' <= 2 is required and not promised",)
     nothing = verify_document(revenue.changed(lambda d: d["promises"].clear()))
     assert nothing.faults == ("the table promises nothing",)
 

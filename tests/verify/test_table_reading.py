@@ -3,7 +3,6 @@
 import json
 import subprocess
 import sys
-from time import perf_counter
 
 import pytest
 from flint import fmpq
@@ -53,7 +52,7 @@ def test_a_missing_file_is_refused_in_one_sentence(tmp_path):
 @pytest.mark.parametrize(
     ("change", "sentence"),
     [
-        (lambda d: d.pop("gains"), "gains must be a mapping"),
+        (lambda d: d.pop("gains"), "it lacks 'gains'"),
         (lambda d: d["gains"].pop("K_yaw"), "'K_yaw' is missing or unknown"),
         (lambda d: d["gains"].update(K_h=-1.0), "gains.K_h must be a decimal string"),
         (lambda d: d["gains"].update(K_h="1e999"), "gains.K_h must be a decimal string"),
@@ -63,7 +62,10 @@ def test_a_missing_file_is_refused_in_one_sentence(tmp_path):
         (lambda d: d["gains"].update(tau_h="-0.4"), "gains.tau_h must not be negative"),
         (lambda d: d["law"].update(positions_m=[["1", "1"]]), "law.positions_m must be a list of 4 to 100"),
         (lambda d: d["law"]["positions_m"].__setitem__(0, ["9.0", "0"]), "must lie on one side"),
-        (lambda d: d["law"].update(actuators=[{"signal": "heave"}]), "signal must be 'sway' or 'yaw'"),
+        (
+            lambda d: d["law"].update(actuators=[{"name": "m", "signal": "heave", "lever": "1"}]),
+            "signal must be 'sway' or 'yaw'",
+        ),
         (lambda d: d.update(plant=None), "a table to verify must hold its plant"),
         (lambda d: d["plant"]["A"].pop(), "plant.A must be a list of 14 to 14 entries; got 13"),
         (lambda d: d["plant"]["A"][0].append("0"), "plant.A.0 must be a list of 14 to 14 entries; got 15"),
@@ -71,14 +73,31 @@ def test_a_missing_file_is_refused_in_one_sentence(tmp_path):
         (lambda d: d["plant"].update(states=["x"] * 61), "plant.states must be a list of 1 to 60"),
         (lambda d: d["plant"]["states"].__setitem__(0, "heave"), "must have 'Z' among its states"),
         (lambda d: d.update(promises="all"), "promises must be a list"),
-        (lambda d: d["promises"][0].update(sense="<"), "sense must be '<=' or '>='"),
+        (lambda d: d["promises"][0].update(sense="<"), "sense must be '>=', as of every limit on 'damping ratio'"),
+        (lambda d: d["promises"][0].update(name="dampin ratio"), "must be a quantity that can be promised"),
+        (lambda d: d.update(remark="approved"), "it does not know 'remark'"),
+        (lambda d: d["certificate"]["physics"].update(wind="0"), "it does not know 'wind'"),
+        (lambda d: d["promises"][0].update(valid="always"), "it does not know 'valid'"),
+        (lambda d: d["certificate"]["sensors"].update(accelerometer_bias_m_s2="-0.02"), "no negative bias or noise"),
+        (lambda d: d["certificate"]["guideway"]["spectra"]["A1"].update(strength="0"), "a positive strength"),
+        (
+            lambda d: d["certificate"]["guideway"].update(
+                correlation=[["1", "1", "0", "0"], ["1", "1", "1", "0"], ["0", "1", "1", "0"], ["0", "0", "0", "1"]]
+            ),
+            "no negative eigenvalue",
+        ),
+        (lambda d: d["certificate"]["physics"].update(gravity_m_s2="9.81"), "gravity_m_s2 must be 9.80665"),
+        (lambda d: d["certificate"].update(groups=["heave", "heave_pitch"]), "must move each motion once"),
+        (lambda d: d["units"].update(K_h="1/cm"), "units must be those of the seventeen gains"),
+        (lambda d: d["requirements"][0].update(unit="%"), "must be a requirement with its unit"),
+        (lambda d: d["gains"].update(K_h="1e330"), "must be zero or of a size between 1e-40 and 1e40"),
         (lambda d: d["promises"][0].update(enclosure=[1.0, 0.0]), "must hold intervals from low to high"),
         (lambda d: d["promises"][0].update(limit=True), "limit must be a finite number"),
         (lambda d: d["certificate"].update(groups=["wheels"]), "certificate.groups must be of"),
         (lambda d: d["certificate"].update(groups=[]), "certificate.groups must be a list of 1 to"),
         (lambda d: d["certificate"]["guideway"].update(speed_m_s="0"), "must have a positive speed"),
         (lambda d: d["certificate"]["guideway"]["spectra"]["A1"].update(zeros=1), "fewer zeros than corners"),
-        (lambda d: d["certificate"]["guideway"]["spectra"].update(A5={}), "corners_rad_m must be a list"),
+        (lambda d: d["certificate"]["guideway"]["spectra"].update(A5={}), "it lacks 'strength'"),
         (lambda d: d["certificate"]["physics"].update(mass_kg="0"), "must hold a positive mass"),
         (lambda d: d["certificate"]["physics"].update(joined=[[0, 0]]), "must name each coil set once"),
         (lambda d: d["certificate"]["physics"].update(bank_reading=[]), "bank_reading must be one of"),
@@ -98,28 +117,25 @@ def test_numbers_without_end_are_refused(revenue):
         verify_document(document)
 
 
-def test_a_table_of_absurd_numbers_ends_quickly_and_proves_nothing(revenue):
+def test_a_table_of_absurd_numbers_is_refused_before_anything_is_computed(revenue):
     def absurd(document):
         plant = document["plant"]
         for letter in "ABCD":
             plant[letter] = [["-9.7312345678901234567890123456789e-307"] * len(row) for row in plant[letter]]
         document["gains"] = dict.fromkeys(document["gains"], "7.77777777777777777777777777777777777777777e307")
 
-    start = perf_counter()
-    report = verify_document(revenue.changed(absurd))
-    assert perf_counter() - start < 60  # four thousand long entries; 5 s on an idle core
-    assert not report.proved
+    with pytest.raises(TableError, match="of a size between 1e-40 and 1e40"):
+        verify_document(revenue.changed(absurd))
 
 
-@given(st.floats(allow_nan=False, allow_infinity=False, width=64))
+@given(st.one_of(st.just(0.0), st.floats(1e-39, 1e39), st.floats(-1e39, -1e-39)))
 def test_a_doubles_shortest_decimal_is_read_as_that_exact_decimal(value):
     from fractions import Fraction
 
     exact = Fraction(repr(value))
     assert decimal(repr(value), "x") == fmpq(exact.numerator, exact.denominator)
     double = Fraction(value)
-    if abs(value) <= 1e300:
-        assert number(value, "x") == fmpq(double.numerator, double.denominator)
+    assert number(value, "x") == fmpq(double.numerator, double.denominator)
 
 
 @settings(max_examples=20, deadline=None)

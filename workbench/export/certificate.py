@@ -2,14 +2,13 @@
 
     Problem --certificate_of--> groups, guideway, sensors, motor, and the vehicle from which the plant follows
     Problem --speed_forces--> coil forces over the speeds of a schedule, as printed polynomials
-    GainTable, Problem --agreement--> whether a table is of that problem: data, plant, law, certificate, limits, forces
+    Problem, printed polynomials --force_difference--> how far these lie from the coils' own forces
 
 The independent checker (`workbench.verify`) reads this part and nothing else of the problem. What it could not use is
 left out (None): spectra without rational form, and vehicles whose plant it would not rebuild (a trim away from the
 nominal pose, a lost set). The promises that need it are then floating point, and say so.
 """
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -18,13 +17,13 @@ from workbench.constants import GRAVITY
 from workbench.guideway.irregularity import TYPES
 from workbench.guideway.spectrum import PowerLaw, Rational
 from workbench.lti import Plant
-from workbench.result import Result, Row
 
 FORCE_DEGREE = 8  # of the printed polynomials: leaves 4e-5 from 30 to 134 m/s, each degree more a third of it
 FORCE_NODES = 8  # exact trims, at Chebyshev nodes in the logarithm of the speed: leave 3e-7
 FITTED = 30  # speeds that the polynomials are fitted through, and as many between them where they are compared
 COMPARED = 21  # speeds at which `agreement` compares them with exact trims
 COMPARISON = 1.05  # times the stated error: a maximum met between the speeds at which it was stated
+ROUNDED = 1e-12  # of the largest entry in a row: what doubles leave where right and left are the same
 SAME = 1e-9  # of the largest entry in the same row; rebuilt by the same code, a plant is the same to 1e-13
 
 
@@ -197,105 +196,37 @@ def exact_plant(plant: Plant):
     return plant_of(plant_part(plant))
 
 
-def plant_part(plant: Plant) -> dict[str, Any]:
-    """The plant part of a gain table."""
-    matrices = {k: [[_decimal(x) for x in row] for row in getattr(plant, k)] for k in "ABCD"}
+def plant_part(plant: Plant, positions=()) -> dict[str, Any]:
+    """The plant part of a gain table.
+
+    positions : (x, y) of the coil sets; where the plant is the same right and left but for rounding, it is printed so
+        in every digit, for only then may its groups be proved apart
+    """
+    blocks = _symmetric(plant, positions) if positions else {k: getattr(plant, k) for k in "ABCD"}
+    matrices = {k: [[_decimal(x) for x in row] for row in block] for k, block in blocks.items()}
     return {"states": list(plant.states), "inputs": list(plant.inputs), "outputs": list(plant.outputs), **matrices}
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
-class Agreement(Result):
-    """Whether a gain table is one of a problem.
+def _symmetric(plant: Plant, positions) -> dict[str, np.ndarray]:
+    """The plant's matrices, each entry the mean of itself and its mirror image where they differ by rounding alone."""
+    from workbench.verify.failure import NotProved
+    from workbench.verify.mirror import BLOCKS, mirror
 
-    plant_difference : largest difference of an entry, of the largest entry in its row; None if the signals differ
-    force_difference : of a schedule, largest relative difference of the printed polynomials of the coil forces from the
-        problem's, at 21 speeds; else None
-    disagreements : one sentence for each thing that differs
-    """
-
-    problem: str
-    data_sha256_ok: bool
-    plant_difference: float | None
-    disagreements: tuple[str, ...]
-    force_difference: float | None = None
-
-    @property
-    def holds(self) -> bool:
-        """Whether nothing differs."""
-        return not self.disagreements
-
-    def rows(self) -> list[Row]:
-        """What was compared."""
-        return [
-            ("problem", self.problem, ""),
-            ("data as in the table", self.data_sha256_ok, ""),
-            ("largest difference of the plants", self.plant_difference, "of its row"),
-            *(
-                [("largest difference of the forces over speed", self.force_difference, "of the largest value")]
-                if self.force_difference is not None
-                else []
-            ),
-            *(("differs", sentence, "") for sentence in self.disagreements),
-        ]
-
-
-def agreement(document: dict[str, Any], problem) -> Agreement:
-    """A table's content (as `read_table(...).to_dict()` has it) held against a problem rebuilt from its data."""
-    from workbench.export.table import law_part
-
-    plant, sentences = problem.setting.plant, []
-    same_data = document["data_sha256"] == problem.data_sha256
-    if not same_data:
-        sentences.append(
-            f"the data of {problem.name!r} must be those the table was made from; their SHA-256 is "
-            f"{problem.data_sha256[:12]}…, the table's {document['data_sha256'][:12]}…"
+    blocks = {letter: np.asarray(getattr(plant, letter), float) for letter in "ABCD"}
+    try:
+        turned = {kind: mirror(getattr(plant, kind), positions) for kind in ("states", "inputs", "outputs")}
+    except NotProved:  # no partner on the other side: nothing to make alike
+        return blocks
+    out = {}
+    for letter, row_kind, column_kind in BLOCKS:
+        (rows, row_signs), (columns, column_signs) = (
+            (np.array([k for k, _ in turned[kind]], int), np.array([s for _, s in turned[kind]], float))
+            for kind in (row_kind, column_kind)
         )
-    difference, place = _plant_difference(document["plant"], plant)
-    if difference is None or not difference <= SAME:
-        how = "their signals differ" if difference is None else f"{place} differs by {difference:.2g} of its row"
-        sentences.append(f"the plant rebuilt from {problem.name!r} must be the table's to 1e-9; {how}")
-    if document["law"] != law_part(problem.law, problem.sample_time):
-        sentences.append(f"the control law's places and sample time must be those of {problem.name!r}; they differ")
-    given = document.get("certificate")
-    if given is not None and given != certificate_of(problem):
-        wrong = [key for key, value in certificate_of(problem).items() if given.get(key) != value]
-        sentences.append(f"the certificate must rest on the numbers of {problem.name!r}; {', '.join(wrong)} differ")
-    promised = {
-        (p["name"].split(", heave")[0].split(", sway")[0], p["sense"], p["limit"])
-        for p in document["promises"]
-        if not p["box"]
-    }
-    lacking = [r for r in problem.requirements if (r.name, r.sense, r.limit) not in promised]
-    if lacking:
-        r = lacking[0]
-        sentences.append(
-            f"every requirement of {problem.name!r} must be promised; {r.name!r} {r.sense} {r.limit:g} is not"
-        )
-    forces = (document.get("schedule") or {}).get("forces")
-    off = None
-    if forces and same_data:
-        off, wrong = force_difference(forces, problem)
-        if wrong:
-            sentences.append(f"the coil forces over speed must be those of {problem.name!r} as far as stated; {wrong}")
-    return Agreement(
-        problem=problem.name, data_sha256_ok=same_data, plant_difference=difference, disagreements=tuple(sentences),
-        force_difference=off,
-    )  # fmt: skip
-
-
-def _plant_difference(printed: dict[str, Any] | None, plant: Plant) -> tuple[float | None, str]:
-    """Largest relative difference and its place."""
-    names = {kind: tuple(printed[kind]) if printed else () for kind in ("states", "inputs", "outputs")}
-    if printed is None or any(names[kind] != getattr(plant, kind) for kind in names):
-        return None, ""
-    worst, place = 0.0, ""
-    for letter, row_kind, column_kind in (
-        ("A", "states", "states"), ("B", "states", "inputs"), ("C", "outputs", "states"), ("D", "outputs", "inputs"),
-    ):  # fmt: skip
-        ours, theirs = getattr(plant, letter), np.array(printed[letter], float).reshape(getattr(plant, letter).shape)
-        size = np.maximum(np.abs(ours), np.abs(theirs)).max(axis=1, keepdims=True, initial=0.0)
-        off = np.abs(ours - theirs) / np.where(size > 0, size, 1.0)
-        i, j = np.unravel_index(int(np.argmax(off)), off.shape)
-        if off[i, j] > worst:
-            worst, place = float(off[i, j]), f"{letter}({names[row_kind][i]}, {names[column_kind][j]})"
-    return worst, place
+        own = blocks[letter]
+        other = row_signs[:, None] * own[np.ix_(rows, columns)] * column_signs
+        size = np.abs(own).max(axis=1, keepdims=True, initial=0.0)
+        if np.any(np.abs(own - other) > ROUNDED * size):
+            return blocks  # a vehicle that differs from right to left
+        out[letter] = (own + other) / 2 + 0.0  # no negative zeros
+    return out

@@ -17,12 +17,13 @@ from workbench.design.requirement import Verdict
 ANALYSIS = "floating point: figure of the analysis"
 HAMILTONIAN = "floating point: Hamiltonian eigenvalues, bracket"
 BOXED = ("damping ratio", "decay rate", "peak sensitivity")
+UNPROVABLE = "the checker has no proof of this quantity over a box"
 OnPromise = Callable[[str, str], None]
 SLACK = 1e-12  # relative, outward: so that another version's enclosure, as narrow as ours, still fits in
 
 
 def promises(design, document: dict[str, Any]) -> list[dict[str, Any]]:
-    """One promise per verdict with a value: {name, sense, limit, enclosure, method, box}.
+    """One promise per verdict with a value: {name, sense, limit, enclosure, method, box}; the uniform delay last.
 
     document : the table's content so far, with gains, law, plant and certificate
     """
@@ -36,7 +37,32 @@ def promises(design, document: dict[str, Any]) -> list[dict[str, Any]]:
             name, enclosure, method = _enclosed(v, v.value, design.analysis, prover)
             promise = {"name": name, "sense": v.sense, "limit": v.limit, "enclosure": list(enclosure)}
             out.append({**promise, "method": method, "box": {}, "at": {}})
-    return out
+    asked = [v.limit for v in design.requirements if v.name == "delay margin" and v.value is not None]
+    return out + [promise for limit in asked for promise in _uniform(limit, prover)]
+
+
+def _uniform(limit: float, prover) -> list[dict[str, Any]]:
+    """The delay that all commands bear at once, beside the required one of each current pattern.
+
+    Promised to the same limit where it is kept, else to what is proved.
+    """
+    from workbench.verify.check import outward
+    from workbench.verify.failure import NotProved
+    from workbench.verify.kind import UNIFORM
+
+    try:
+        *ends, method = prover.enclosure(UNIFORM)
+    except NotProved:
+        return []  # unlimited, or not to be told: nothing is promised of it
+    low, high = _outside(*outward(*ends))
+    own = limit if low >= limit else _safe(low, -1) if low > 0 else 0.0
+    promise = {"name": UNIFORM, "sense": ">=", "limit": own, "enclosure": [low, high], "method": method}
+    return [{**promise, "box": {}, "at": {}}] if own > 0 else []
+
+
+def _outside(low: float, high: float) -> tuple[float, float]:
+    """A little more than an enclosure."""
+    return low - SLACK * abs(low), math.nextafter(high + SLACK * abs(high), math.inf)
 
 
 def _enclosed(v: Verdict, value: float, analysis, prover) -> tuple[str, tuple[float, float], str]:
@@ -54,8 +80,7 @@ def _enclosed(v: Verdict, value: float, analysis, prover) -> tuple[str, tuple[fl
             peak = analysis.peak_sensitivity[group]
             return name, (peak.lower, peak.upper), HAMILTONIAN
         return name, (value, value), ANALYSIS
-    low, high = outward(*ends)
-    return name, (low - SLACK * abs(low), math.nextafter(high + SLACK * abs(high), math.inf)), method
+    return name, _outside(*outward(*ends)), method
 
 
 def certified(table, problem, *, on_promise: OnPromise | None = None):
@@ -68,19 +93,46 @@ def certified(table, problem, *, on_promise: OnPromise | None = None):
         Whose design it is; asked for the coil forces over the speeds of a schedule.
     on_promise : called with the name of each quantity and what became of it
 
-    The standard box is that of `design.model.STANDARD_BOX` without the centre of gravity: mass ±15 %, each inertia
-    ±10 %, current force ±10 %, gap force ±8 %. Under 20 s for two groups, with a schedule.
+    The box is the problem's variation if it has one, else `design.model.STANDARD_BOX`, both as far as the checker knows
+    their factors (not the centre of gravity): mass ±15 %, each inertia ±10 %, current force ±10 %, gap force ±8 %. What
+    the problem asks of its whole variation, or of every speed, and nobody can prove there, the table says is undecided.
     """
     from workbench.design.model import STANDARD_BOX
+    from workbench.export.agreement import varied_box
     from workbench.export.certificate import speed_forces
     from workbench.verify.loop import FACTORS
 
-    box = {name: (low, high) for name, (low, high) in STANDARD_BOX.intervals.items() if name in FACTORS}
-    table = with_box(table, box, on_promise=on_promise)
+    asked = varied_box(problem.variation) if problem.variation else dict(STANDARD_BOX.intervals)
+    box = {name: (low, high) for name, (low, high) in asked.items() if name in FACTORS}
+    if box:
+        table = with_box(table, box, on_promise=on_promise)
+    if problem.variation is not None:
+        unknown = [name for name in asked if name not in box]
+        reason = f"the checker has no proof over {', '.join(unknown)}" if unknown else UNPROVABLE
+        table = with_undecided(table, problem.variation.asked(problem), asked, reason)
     if table.schedule is None:
         return table
     low, high = (float(v) for v in table.schedule.range)
-    return with_schedule(table, speed_forces(problem, (low, high)), on_promise=on_promise)
+    table = with_schedule(table, speed_forces(problem, (low, high)), on_promise=on_promise)
+    asked = problem.plan.requirements if problem.plan else ()
+    return with_undecided(table, asked, {"speed": (low, high)}, UNPROVABLE)
+
+
+def with_undecided(table, requirements, box: dict[str, tuple[float, float]], reason: str):
+    """The table, signed, saying of each requirement that is not promised over a box that it is undecided there."""
+    from workbench.export.table import GainTable, signed
+    from workbench.verify.kind import promised_names
+
+    document = table.to_dict()
+    intervals = {name: [float(a), float(b)] for name, (a, b) in box.items()}
+    groups = table.certificate.groups if table.certificate else ()
+    for r in requirements:
+        for name in promised_names(r.name, groups):
+            asked = {"name": name, "sense": r.sense, "limit": r.limit, "box": intervals}
+            said = [{k: one[k] for k in asked} for one in (*document["promises"], *document["undecided"])]
+            if asked not in said:
+                document["undecided"].append({**asked, "share": 1.0, "reason": reason})
+    return signed(GainTable.model_validate(document))
 
 
 def with_box(table, box: dict[str, tuple[float, float]], *, on_promise: OnPromise | None = None, method: str = ""):

@@ -13,6 +13,7 @@ from typing import Any
 from flint import fmpq
 
 from workbench.verify.bernstein_form import PACKED
+from workbench.verify.deadline import check
 from workbench.verify.polynomial_family import Family, Point
 
 STEPS = 12  # of a search for the best provable value
@@ -66,6 +67,7 @@ def enclosed(
     distance, failed = tolerance, 0.0
     best: tuple[float, Proof] | None = None
     for _ in range(STEPS):
+        check()
         bound = max(attained * (1 + side * min(distance, 1.0)), 0.0)
         proof = attempt(bound)
         if proof.proved:
@@ -94,6 +96,7 @@ def sampled(family: Family, value: Callable[[Point], float], budget: float) -> l
     members = dict.fromkeys([family.box.centre, *family.box.vertices(), *product(*sides)])
     until, found = perf_counter() + budget / 4, []
     for theta in members:
+        check()
         found.append((value(theta), theta))
         if perf_counter() > until:
             break

@@ -1,15 +1,16 @@
-"""A whole table checked: its digest, its plant against its vehicle, and every promise proved again.
+"""A whole table checked: its digest, its numbers against each other, and every promise proved again.
 
-    document --digest_of--> digest    --Physics--> plant    --Prover--> enclosures against the promises --> Report
+    document --digest_of--> digest    --Physics--> plant    --tie--> numbers against each other
+      --Prover--> enclosures against the promises    --statement--> what else is stated --> Report
 
 A promise holds if the proved enclosure keeps its limit and lies in the interval that the table claims; a claim marked
 "floating point" must agree with the proved value to 1e-6 instead. What has no proof is listed with the reason, never
-passed.
+passed; what the budget did not suffice for is undecided, and does not pass either.
 """
 
 import math
-from collections import Counter
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
@@ -17,16 +18,23 @@ from typing import Any
 
 from flint import fmpq
 
+from workbench.verify import tie
+from workbench.verify.deadline import OutOfTime, check, within
 from workbench.verify.failure import NotProved, TableError
+from workbench.verify.kind import KINDS, MOTOR_CURRENT, PEAK, promised_names
+from workbench.verify.law import GROUPS
 from workbench.verify.loop import left_out
 from workbench.verify.physics import differences
+from workbench.verify.pole import boundary_kept
 from workbench.verify.prover import NO_CERTIFICATE, STURM, Prover
 from workbench.verify.reading import digest_of, read_document
+from workbench.verify.statement import Statements
 from workbench.verify.table import Promise, Table, Undecided, table_of
 from workbench.verify.uncertain import interval_holds, method_of, worst_over_box
 
 AGREES = 10**6  # one part in so many: a claim in floating point is right to about one in 1e9
 FLOATING = "floating point"
+BUDGET_SECONDS = 60.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,12 +51,15 @@ class Finding:
     holds: bool
     reason: str
     seconds: float
+    decided: bool = True
 
     @property
     def verdict(self) -> str:
-        """ "proved", "fails" (proved to be otherwise) or "not proved"."""
+        """ "proved", "fails" (proved to be otherwise), "not proved", or "undecided" where the budget ended first."""
         if self.holds:
             return "proved"
+        if not self.decided:
+            return "undecided"
         return "not proved" if self.proved is None else "fails"
 
 
@@ -59,7 +70,9 @@ class Report:
     faults : one sentence for each thing that does not hold
     plant_follows : whether the printed plant is that of the vehicle beside it; None if no vehicle stands there
     undecided : what the table itself says it does not promise over a box; nothing is proved of that
-    coupling : largest part of the plant that the groups leave out, relative (rounding of a symmetric vehicle)
+    coupling : largest part of the plant that the groups leave out, relative: zero, or the table does not hold
+    not_promised : quantities, motions, plants and speeds that the table promises nothing of
+    stated : figures that the author states and nobody proved, by their place in the table
     """
 
     problem: str
@@ -70,6 +83,8 @@ class Report:
     findings: tuple[Finding, ...]
     faults: tuple[str, ...]
     undecided: tuple[Undecided, ...] = ()
+    not_promised: tuple[str, ...] = ()
+    stated: tuple[str, ...] = ()
 
     @property
     def proved(self) -> bool:
@@ -77,13 +92,32 @@ class Report:
         return not self.faults
 
 
-def verify(path: Path, on_promise: Callable[[Finding], None] | None = None) -> Report:
+def verify(
+    path: Path, on_promise: Callable[[Finding], None] | None = None, *, budget_seconds: float = BUDGET_SECONDS
+) -> Report:
     """Checks the gain table in a file; raises TableError where it is none."""
-    return verify_document(read_document(Path(path)), on_promise)
+    return verify_document(read_document(Path(path)), on_promise, budget_seconds=budget_seconds)
 
 
-def verify_document(document: Mapping[str, Any], on_promise: Callable[[Finding], None] | None = None) -> Report:
-    """Checks a gain table; on_promise is told each finding as it comes."""
+def verify_document(
+    document: Mapping[str, Any],
+    on_promise: Callable[[Finding], None] | None = None,
+    *,
+    budget_seconds: float = BUDGET_SECONDS,
+) -> Report:
+    """Checks a gain table; on_promise is told each finding as it comes.
+
+    budget_seconds : positive; what is not decided by then is undecided, and the table does not hold
+    """
+    if not 0 < budget_seconds < math.inf:
+        raise TableError(
+            f"budget_seconds must be a positive, finite number of seconds; got {budget_seconds}. Give more."
+        )
+    with within(budget_seconds):
+        return _checked(document, on_promise)
+
+
+def _checked(document: Mapping[str, Any], on_promise: Callable[[Finding], None] | None) -> Report:
     digest = digest_of(dict(document))
     table = table_of(document)
     prover = Prover(table)
@@ -99,16 +133,17 @@ def verify_document(document: Mapping[str, Any], on_promise: Callable[[Finding],
             f"{digest[:12]}…: it was changed after it was signed"
         )
     follows = _plant_follows(table, faults)
+    coupling = math.nan
+    statements = Statements(prover)
     if table.certificate is None:
         faults.append(NO_CERTIFICATE)
     else:
         faults += [f"{f.name!r} {f.reason}" for f in findings if not f.holds]
-    faults += _unpromised(table)
-    groups = table.certificate.groups if table.certificate else ()
-    try:
-        coupling = max((float(left_out(table, group)) for group in groups), default=0.0)
-    except NotProved:
-        coupling = math.nan
+        faults += tie.faults_of(table)
+        with suppress(NotProved):
+            coupling = max((float(left_out(table, group)) for group in table.certificate.groups), default=0.0)
+        _state(statements, findings, faults)
+    faults += _doubled(table) + _unpromised(table)
     return Report(
         table.problem,
         digest,
@@ -118,7 +153,29 @@ def verify_document(document: Mapping[str, Any], on_promise: Callable[[Finding],
         tuple(findings),
         tuple(faults),
         table.undecided,
+        tuple(_not_promised(table)),
+        tuple(statements.unproved),
     )
+
+
+def _state(statements: Statements, findings: list[Finding], faults: list[str]) -> None:
+    """What the table states besides its promises, held against what was proved and against a derivation of its own."""
+    proved = {
+        f.name: (fmpq(*f.proved[0].as_integer_ratio()), fmpq(*f.proved[1].as_integer_ratio()))
+        for f in findings
+        if f.proved is not None and not f.box
+    }
+    try:
+        statements.requirements(proved)
+        statements.measured()
+        statements.cases()
+    except OutOfTime as error:
+        faults.append(f"the table's other figures are undecided: {error}")
+    except (ZeroDivisionError, ValueError, OverflowError) as error:
+        if isinstance(error, TableError):
+            raise
+        faults.append(f"the table's other figures leave no room for a derivation ({error})")
+    faults += statements.faults
 
 
 def outward(low: fmpq, high: fmpq) -> tuple[float, float]:
@@ -146,28 +203,68 @@ def _plant_follows(table: Table, faults: list[str]) -> bool | None:
     return not different
 
 
+def _doubled(table: Table) -> list[str]:
+    """Each quantity is promised once for the plant and once for each box."""
+    faults, seen = [], set()
+    for p in table.promises:
+        key = p.name, tuple(sorted(p.box.items()))
+        if key in seen:
+            faults.append(
+                f"{p.name!r} is promised twice for the same plants; a promise must be the only one of its kind"
+            )
+        seen.add(key)
+        odd = [name for name in p.at if name not in p.box]
+        if odd:
+            faults.append(f"{p.name!r} names a member by {odd[0][:40]!r}, which its box does not vary")
+    return faults
+
+
 def _unpromised(table: Table) -> list[str]:
-    """A promise left out is a fault as well."""
+    """A promise left out is a fault as well: each requirement is promised, a peak sensitivity of every group."""
     if not table.promises:
         return ["the table promises nothing"]
-    promised = [p for p in table.promises if not p.box]
+    promised = {(p.name, p.sense, p.limit) for p in table.promises if not p.box}
+    groups = table.certificate.groups if table.certificate else ()
     faults = []
-    for (name, sense, limit), asked in Counter(table.requirements).items():  # a peak sensitivity once for each group
-        given = [p for p in promised if p.name == name or p.name.startswith(f"{name}, ")]
-        if sum((p.sense, p.limit) == (sense, limit) for p in given) < asked:
-            faults.append(f"{name!r} {sense} {float(limit):g} is required and not promised")
+    for r in table.requirements:
+        for name in promised_names(r.name, groups):
+            fault = f"{name!r} {r.sense} {float(r.limit):g} is required and not promised"
+            if (name, r.sense, r.limit) not in promised and fault not in faults:
+                faults.append(fault)
     return faults
+
+
+def _not_promised(table: Table) -> list[str]:
+    """What a reader might take for promised, and is not."""
+    groups = table.certificate.groups if table.certificate else ()
+    given = {p.name for p in table.promises if not p.box}
+    out = []
+    for kind in KINDS:
+        if kind == MOTOR_CURRENT and (table.certificate is None or table.certificate.motor is None):
+            continue
+        out += [name for name in promised_names(kind, groups or ("all",)) if name not in given]
+    moved = {c for group in groups for c in GROUPS[group].coordinates}
+    out += [f"any motion in {c}: no group of the table moves it" for c in GROUPS["all"].coordinates if c not in moved]
+    boxes = [p.box for p in table.promises if p.box]
+    if not any("speed" not in box for box in boxes):
+        out.append("any other vehicle than the printed one: no box of factors")
+    if not any("speed" in box for box in boxes):
+        out.append("any other speed than the table's")
+    return out
 
 
 def _found(prover: Prover, promise: Promise) -> Finding:
     """One promise proved again."""
     start = perf_counter()
     proved: tuple[float, float] | None = None
-    method = ""
+    method, decided = "", True
     try:
+        check()
         low, high, method = _proved(prover, promise)
         proved = outward(low, high)
-        reason = _fault(promise, low, high)
+        reason = _fault(promise, low, high, lambda: _exactly_kept(prover, promise))
+    except OutOfTime as error:
+        reason, decided = f"is undecided: {error}", False
     except NotProved as error:
         reason = f"is not proved: {error}"
     except (ZeroDivisionError, ValueError, OverflowError) as error:
@@ -178,7 +275,7 @@ def _found(prover: Prover, promise: Promise) -> Finding:
         name=promise.name, sense=promise.sense, limit=float(promise.limit),
         claimed=(float(promise.low), float(promise.high)), proved=proved, method=method,
         box={k: (float(a), float(b)) for k, (a, b) in promise.box.items()}, holds=not reason, reason=reason,
-        seconds=perf_counter() - start,
+        seconds=perf_counter() - start, decided=decided,
     )  # fmt: skip
 
 
@@ -187,7 +284,7 @@ def _proved(prover: Prover, promise: Promise) -> tuple[fmpq, fmpq, str]:
     if promise.box:
         return _proved_over_box(prover, promise)
     guess: fmpq | None = None
-    if promise.name.startswith("peak sensitivity, ") and promise.low > 0:
+    if promise.name.startswith(f"{PEAK}, ") and promise.low > 0:
         group = prover.group_named(promise.name)
         peak = prover.peak(group)
         if not peak.below(promise.low) and peak.below(promise.high):
@@ -205,9 +302,19 @@ def _proved_over_box(prover: Prover, promise: Promise) -> tuple[fmpq, fmpq, str]
     return worst.low, worst.high, worst.method
 
 
-def _fault(promise: Promise, low: fmpq, high: fmpq) -> str:
+def _exactly_kept(prover: Prover, promise: Promise) -> bool:
+    """Whether poles that no enclosure tells from the limit lie on it exactly."""
+    if promise.box or promise.name not in ("damping ratio", "decay rate"):
+        return False
+    matrices = [prover.loop(group).A for group in prover.certificate.groups]
+    return all(boundary_kept(A, promise.limit, ray=promise.name == "damping ratio") for A in matrices)
+
+
+def _fault(promise: Promise, low: fmpq, high: fmpq, exactly_kept: Callable[[], bool]) -> str:
     """Why a promise does not hold; empty where it does."""
     kept = high <= promise.limit if promise.sense == "<=" else low >= promise.limit
+    if not kept and low <= promise.limit <= high:
+        kept = exactly_kept()
     slack = fmpq(1, AGREES) * max(abs(low), abs(high)) if promise.method.startswith(FLOATING) else fmpq(0)
     inside = promise.low - slack <= low and high <= promise.high + slack
     interval = "[{:.9g}, {:.9g}]".format(*outward(low, high))

@@ -10,7 +10,7 @@ s = +1 right, −1 left. Φ comes from the vertical sensors and passes the verti
 from the coils: ± its lever times that modal signal. A filter without gain has no state.
 """
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 from flint import fmpq, fmpq_mat
@@ -89,8 +89,12 @@ class Law:
             out[actuator.signal] = column
         return out
 
-    def controller(self, gains: dict[str, fmpq], channels: Sequence[str]) -> tuple[fmpq_mat, ...]:
+    def controller(
+        self, gains: dict[str, fmpq], channels: Sequence[str], kept: Collection[str] = ()
+    ) -> tuple[fmpq_mat, ...]:
         """(A, B, C, D) from all sensors to the commands, of some channels alone (the others rest).
+
+        kept : gains whose filters stay though they are zero here, as of a schedule that passes through zero
 
         Raises NotProved for a gap rate without filter, whose loop has no state space.
         """
@@ -106,17 +110,17 @@ class Law:
             direct, speed, lag = (
                 g[k] for k in (("K_zddot", "K_zdot", "tau_z") if vertical else ("K_yddot", "K_ydot", "tau_y"))
             )
-            if rate != 0 and tau == 0:
+            if tau == 0 and (rate != 0 or ("K_hdot" if vertical else "K_hpdot") in kept):
                 raise NotProved("a gap rate is taken without a filter, so that the loop has no state space")
             gap_row, acceleration_row = measured[channel]
             column = self._column(g, channel)
             at_once = [K * a + direct * b for a, b in zip(gap_row, acceleration_row, strict=True)]
-            if rate != 0:
+            if rate != 0 or ("K_hdot" if vertical else "K_hpdot") in kept:
                 A.append(-1 / tau)
                 B.append([a / tau for a in gap_row])
                 C.append([-rate / tau * c for c in column])
                 at_once = [d + rate / tau * a for d, a in zip(at_once, gap_row, strict=True)]
-            if speed != 0 and lag > 0:
+            if lag > 0 and (speed != 0 or ("K_zdot" if vertical else "K_ydot") in kept):
                 A.append(-1 / lag)
                 B.append([b / lag for b in acceleration_row])
                 C.append([speed * lag * c for c in column])

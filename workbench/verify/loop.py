@@ -10,11 +10,12 @@ What a group leaves out is its coupling with the rest (rounding of a vehicle tha
 1e-9 of the largest entry is refused, and the part left out is reported.
 
 Factors of a box, 1 = as printed: "mass"; "inertia" (all three at once) and "roll_inertia", "pitch_inertia",
-"yaw_inertia"; "current_force" on what a current does; "gap_force" on what gap changes and roll of a set do. The pose
+"yaw_inertia"; "current_force" on what a current does; "gap_force" on what gap changes and roll of a set do;
+"vertical_sensors", "lateral_sensors" on what all sensors of a direction read. The pose
 and the forces at rest stay, as in `workbench.vehicle.varied`; these plants are rebuilt from the vehicle's numbers.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 from flint import fmpq, fmpq_mat
@@ -26,8 +27,11 @@ from workbench.verify.table import Table
 
 COORDINATES = ("Z", "Theta", "Y", "Phi", "Psi")
 PARAMETERS = ("mass", "inertia", "current_force", "gap_force")
-FACTORS = (*PARAMETERS, "roll_inertia", "pitch_inertia", "yaw_inertia")
-INERTIA_OF = {"Z": "mass", "Theta": "pitch_inertia", "Y": "mass", "Phi": "roll_inertia", "Psi": "yaw_inertia"}
+SCALED = {  # by all sensors of one direction reading too much: the same as their gains being as much too large
+    "vertical_sensors": ("K_h", "K_hdot", "K_zddot", "K_zdot"),
+    "lateral_sensors": ("K_hp", "K_hpdot", "K_yddot", "K_ydot"),
+}
+FACTORS = (*PARAMETERS, "roll_inertia", "pitch_inertia", "yaw_inertia", *SCALED)
 COUPLING_ALLOWED = fmpq(1, 10**9)
 
 Theta = Mapping[str, fmpq] | Sequence[fmpq]
@@ -70,7 +74,7 @@ def sensitivity(table: Table, group: str, theta: Theta = ()) -> tuple[fmpq_mat, 
     return seen.A, seen.B, seen.C, seen.D, matrix([list(loop.lengths)])
 
 
-def closed_loop(table: Table, group: str, theta: Theta = ()) -> Loop:
+def closed_loop(table: Table, group: str, theta: Theta = (), *, kept: Collection[str] = ()) -> Loop:
     """The closed loop of "heave_pitch", "sway_roll_yaw", "heave" (pitch held) or "all", as printed or at factors theta.
 
     Raises
@@ -80,14 +84,20 @@ def closed_loop(table: Table, group: str, theta: Theta = ()) -> Loop:
     """
     if group not in GROUPS:
         raise TableError(f"a group must be one of {', '.join(GROUPS)}; got {group[:60]!r}. Name one of them.")
-    plant = varied(table, factors(theta)) if theta else table.plant
+    factor = factors(theta)
+    # by name, not by value: 1 is a member of a box like any other, and all are of the rebuilt plant
+    named = set(theta) if isinstance(theta, Mapping) else set(PARAMETERS[: len(theta)])
+    plant = varied(table, factor) if named - set(SCALED) else table.plant
     law = table.law
     if group != "all" and coupling(plant) > COUPLING_ALLOWED:
         raise NotProved(f"heave and pitch are coupled with sway, roll and yaw ({float(coupling(plant)):.2g})")
     patterns, lengths = law.patterns(group)
     names = tuple(f"pattern_{k + 1}" for k in range(len(lengths)))
     alone = _held(_along(plant, law.commands, law.currents, patterns, lengths, names), GROUPS[group].coordinates)
-    Ac, Bc, Cc, Dc = law.controller(table.gains, GROUPS[group].channels)
+    gains = dict(table.gains)
+    for name, scaled in SCALED.items():
+        gains |= {gain: factor[name] * gains[gain] for gain in scaled}
+    Ac, Bc, Cc, Dc = law.controller(gains, GROUPS[group].channels, kept)
     onto = _projection(patterns, lengths)
     return Loop(
         group, _interconnected(alone, (Ac, Bc, onto * Cc, onto * Dc), names, law.sensors), names, tuple(lengths)

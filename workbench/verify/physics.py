@@ -15,13 +15,19 @@ from typing import Any
 from flint import fmpq, fmpq_mat
 
 from workbench.verify.failure import TableError
-from workbench.verify.reading import decimal, entries_of, mapping, matrix_of
+from workbench.verify.kind import GRAVITY
+from workbench.verify.reading import decimal, entries_of, keyed, matrix_of
 from workbench.verify.system import System, diagonal, identity, matrix, part, stacked, zeros
 
 COORDINATES = ("Z", "Theta", "Y", "Phi", "Psi")
 LOADS = ("force_z", "moment_pitch", "force_y", "moment_roll", "moment_yaw")
 PER_SET = ("gap", "gap_lateral", "acceleration_z", "acceleration_y")
 FROM_SET = ("command", "current", "zeta", "eta", "bank", *PER_SET)
+KEYS = (
+    "mass_kg", "roll_inertia_kg_m2", "pitch_inertia_kg_m2", "yaw_inertia_kg_m2", "positions_m", "depth_m", "joined",
+    "lift", "lateral", "moment", "drag_ratio", "gravity_m_s2", "gravity_term", "current_lag_s", "coil_length_m",
+    "thrust_n", "lift_damping_n_s_m", "lateral_damping_n_s_m", "bank_reading",
+)  # fmt: skip
 SAME = fmpq(1, 10**9)  # relative: the plant was computed in doubles, which leaves 1e-14
 ROUNDING = fmpq(1, 10**12)  # of a row's largest entry: what that leaves where a zero belongs
 
@@ -50,7 +56,8 @@ class Physics:
     @classmethod
     def read(cls, value: Any) -> "Physics":
         """From the table's mapping; a TableError names what is not usable."""
-        p, at = mapping(value, "certificate.physics"), "certificate.physics"
+        at = "certificate.physics"
+        p = keyed(value, at, KEYS)
 
         def one(key: str) -> fmpq:
             return decimal(p.get(key), f"{at}.{key}")
@@ -73,14 +80,16 @@ class Physics:
             if p.get(key) not in allowed or (key == "gravity_term" and type(p[key]) is not bool):
                 raise TableError(f"{at}.{key} must be one of {allowed}; got {str(p.get(key))[:40]!r}. Mend it.")
         laws = [matrix_of([p.get(k)], f"{at}.{k}", 1, 5).tolist()[0] for k in ("lift", "lateral", "moment")]
-        lag = one("current_lag_s")
+        lag, gravity = one("current_lag_s"), one("gravity_m_s2")
         if lag < 0:
             raise TableError(f"{at}.current_lag_s must not be negative; it is. Get the table again from its source.")
+        if gravity != decimal(GRAVITY, at):
+            raise TableError(f"{at}.gravity_m_s2 must be {GRAVITY}; got {p['gravity_m_s2'][:40]!r}. Mend it there.")
         return cls(
             inertia=(mass, inertia["pitch_inertia"], mass, inertia["roll_inertia"], inertia["yaw_inertia"]),
             positions=tuple((x, y) for x, y in places.tolist()), depth=one("depth_m"), joined=tuple(joined),
             forces=matrix(laws), drag_ratio=one("drag_ratio"),
-            gravity=one("gravity_m_s2") * (1 if p["gravity_term"] else 0), lag=lag,
+            gravity=gravity * (1 if p["gravity_term"] else 0), lag=lag,
             coil_length=one("coil_length_m"), thrust=one("thrust_n"),
             damping=(one("lift_damping_n_s_m"), one("lateral_damping_n_s_m")), section=p["bank_reading"] == "section",
         )  # fmt: skip

@@ -11,6 +11,7 @@ from typing import cast
 
 from flint import acb, arb, ctx, fmpq, fmpq_mat, fmpq_poly
 
+from workbench.verify.deadline import check
 from workbench.verify.failure import NotProved
 
 PRECISION = 128  # bits; the discs come out 1e-30 wide, forty thousand million times below what is promised
@@ -24,6 +25,7 @@ def poles(A: fmpq_mat) -> list[acb]:
 
 def isolated_roots(p: fmpq_poly) -> list[acb]:
     """A disc around each distinct root of a rational polynomial; the discs of real roots are real."""
+    check()
     pairs = cast(list[tuple[acb, int]], p.numer().complex_roots())
     return [root for root, _ in pairs]
 
@@ -50,6 +52,46 @@ def damping(discs: Sequence[acb]) -> arb:
     """Smallest damping ratio −Re p/|p|; a real pole counts 1 if it decays and −1 if it grows."""
     with ctx.workprec(PRECISION):
         return smallest([-root.real / abs(root) for root in discs])
+
+
+def boundary_kept(A: fmpq_mat, limit: fmpq, *, ray: bool) -> bool:
+    """Whether every pole keeps a limit, on it allowed: damping ratio (ray) or decay rate.
+
+    A pole on the boundary is a common root of the two real polynomials that p makes along it, counted exactly; discs
+    not clear of the boundary must be as many, for then each of them holds one.
+    """
+    p = A.charpoly()
+    simple = p / p.gcd(p.derivative())  # each pole once
+    with ctx.workprec(PRECISION):
+        margins = [
+            -d.real - arb(limit) * abs(d) if ray else -d.real - arb(limit) for d in isolated_roots(simple)
+        ]  # fmt: skip
+        if any(m < 0 for m in margins):
+            return False
+        near = sum(not m > 0 for m in margins)
+    if ray and not 0 < limit < 1:
+        return near == 0
+    return near == _on_boundary(simple, limit, ray)
+
+
+def _on_boundary(p: fmpq_poly, limit: fmpq, ray: bool) -> int:
+    """How many roots lie on Re s = −σ, or on both rays s = r (−ζ ± j √(1 − ζ²)), r > 0."""
+    if ray:
+        t, u = [fmpq(1), -limit], [fmpq(0), fmpq(1)]
+        for _ in range(2, p.degree() + 1):
+            t.append(-2 * limit * t[-1] - t[-2])
+            u.append(-2 * limit * u[-1] - u[-2])
+        real, imaginary = (fmpq_poly([c * k for c, k in zip(p.coeffs(), q, strict=False)]) for q in (t, u))
+        common = real.gcd(imaginary)
+        on_real_axis = 0
+    else:
+        c = p(fmpq_poly([-limit, 1])).coeffs()
+        on_real_axis = int(c[0] == 0)
+        even = fmpq_poly([v * (-1) ** k for k, v in enumerate(c[0::2])])
+        odd = fmpq_poly([v * (-1) ** k for k, v in enumerate(c[1::2])])
+        common = even.gcd(odd)
+    with ctx.workprec(PRECISION):
+        return on_real_axis + 2 * sum(bool(r.imag.is_zero() and r.real > 0) for r in isolated_roots(common))
 
 
 def ends(ball: arb) -> tuple[fmpq, fmpq]:

@@ -15,6 +15,8 @@ from math import comb
 
 from flint import fmpq, fmpq_mat, fmpq_poly
 
+from workbench.verify.deadline import check
+
 Point = tuple[fmpq, ...]
 Sampler = Callable[[Point], Sequence[fmpq_poly]]
 
@@ -129,12 +131,15 @@ def interpolate(sample: Sampler, box: Box, degrees: Sequence[int], *, reduced: b
 
     Raises ValueError if a point off the grid disagrees: a bound was too low, or the values are no polynomial.
     """
-    if len(degrees) != len(box.names) or min(degrees) < 0:
+    if len(degrees) != len(box.names) or min(degrees, default=0) < 0:
         raise ValueError(
             f"each of {', '.join(box.names)} must have a degree bound; got {tuple(degrees)}. Give one each."
         )
     grid = product(*([fmpq(k, d) if d else fmpq(1, 2) for k in range(d + 1)] for d in degrees))
-    values = [tuple(sample(box.point(shares))) for shares in grid]
+    values = []
+    for shares in grid:
+        check()
+        values.append(tuple(sample(box.point(shares))))
     # n/(2n + 1) with n beyond every degree: its denominator divides no degree, so that it is on no axis' grid
     beyond = [max(degrees, default=0) + 1 + k for k in range(len(degrees))]
     elsewhere = box.point([fmpq(n, 2 * n + 1) for n in beyond])
@@ -211,6 +216,7 @@ def _through(
     flat = [c for v in values for p in v for c in (*p.coeffs(), *[fmpq(0)] * (order - p.degree()))]
     found = []
     for degree in degrees:
+        check()
         # the axis at hand stands first in the flat list, and is put last among the parameters when it is done
         rows = fmpq_mat(degree + 1, len(flat) // (degree + 1), flat)
         powers = (_to_powers(degree) * rows).tolist()

@@ -13,17 +13,17 @@ from flint import arb, ctx, fmpq
 from workbench.verify import pole
 from workbench.verify.delay import delay_margins, smallest_delay_margin
 from workbench.verify.failure import NotProved
+from workbench.verify.kind import CURRENTS, MOTOR_CURRENT, PEAK, UNIFORM, called
 from workbench.verify.loop import Loop, closed_loop
 from workbench.verify.response import Driven, driven, ends, noise_squares, sensor_noise, static_gains
 from workbench.verify.scheduled import SPEED, ScheduledLoop
 from workbench.verify.sensitivity import Peak
 from workbench.verify.table import Certificate, Table
 from workbench.verify.uncertain import UncertainLoop
-from workbench.verify.variance import PRECISION
+from workbench.verify.uniform_delay import uniform_margin
+from workbench.verify.variance import PRECISION, Stationary
 
 SIGMAS = 3
-MOTOR_CURRENT = "motor current at mean + 3σ"
-CURRENTS = "sum of mean square currents"
 ROOTS = "ball arithmetic: isolated roots of the exact characteristic polynomials"
 STURM = "ball arithmetic: exact polynomial in γ and ω², its real roots counted by Sturm's theorem"
 CROSSINGS = "ball arithmetic: isolated crossovers of the exact loop polynomials"
@@ -39,6 +39,8 @@ class Prover:
         self.table = table
         self._loops: dict[str, Loop] = {}
         self._discs: dict[str, list] = {}
+        self._peaks: dict[str, Peak] = {}
+        self._noise: dict[str, Stationary] = {}
         self._boxes: dict[tuple, UncertainLoop | ScheduledLoop] = {}
 
     def enclosure(self, name: str, guess: fmpq | None = None) -> tuple[fmpq, fmpq, str]:
@@ -57,6 +59,7 @@ class Prover:
             "damping ratio": (lambda: self._over_poles(pole.damping), ROOTS),
             "decay rate": (lambda: self._over_poles(pole.decay), ROOTS),
             "delay margin": (self.delay_margin, CROSSINGS),
+            UNIFORM: (self.uniform_delay_margin, CROSSINGS),
             CURRENTS: (self.sum_of_currents, LYAPUNOV),
             MOTOR_CURRENT: (self.motor_current, LYAPUNOV),
         }
@@ -72,13 +75,11 @@ class Prover:
 
     def group_named(self, name: str) -> str:
         """The group that a peak sensitivity speaks of; heave with pitch held goes by the name of its group."""
-        wanted = name.removeprefix("peak sensitivity, ")
-        groups = self.certificate.groups
-        if wanted == "heave_pitch" and "heave" in groups:
-            return "heave"
-        if wanted not in groups:
-            raise NotProved(f"the table says nothing of a group {wanted[:40]!r}")
-        return wanted
+        wanted = name.removeprefix(f"{PEAK}, ")
+        for group in self.certificate.groups:
+            if called(group) == wanted:
+                return group
+        raise NotProved(f"the table says nothing of a group {wanted[:40]!r}")
 
     def uncertain(
         self, name: str, intervals: Mapping[str, tuple[fmpq, fmpq]]
@@ -128,11 +129,19 @@ class Prover:
     def peak(self, group: str) -> Peak:
         """Levels of the sensitivity of a stable group."""
         loop = self.stable_loop(group)
-        return Peak(loop.sensitivity, loop.lengths)
+        if group not in self._peaks:
+            self._peaks[group] = Peak(loop.sensitivity, loop.lengths)
+        return self._peaks[group]
 
     def delay_margin(self) -> arb:
         """The smallest dead time that one current pattern bears, over all groups."""
-        margins = [m for g in self.certificate.groups for m in delay_margins(self.stable_loop(g).sensitivity)]
+        return self._least([m for g in self.certificate.groups for m in delay_margins(self.stable_loop(g).sensitivity)])
+
+    def uniform_delay_margin(self) -> arb:
+        """The smallest dead time that all commands bear at once: of the groups, which share none, the least."""
+        return self._least([uniform_margin(self.stable_loop(g).sensitivity) for g in self.certificate.groups])
+
+    def _least(self, margins: Sequence[arb | None]) -> arb:
         least = smallest_delay_margin(margins)
         if least is None:
             raise NotProved("no dead time brings a pole to the axis, so that there is no number to enclose")
@@ -148,9 +157,13 @@ class Prover:
             groups = ("all",)
         return [driven(self.stable_loop(g), self.table.law, guideway) for g in groups]
 
-    def mean_square(self, name: str) -> arb:
-        """Mean square of an output of the plant, all groups and types together."""
+    def mean_square(self, name: str, kind: str = "") -> arb:
+        """Mean square of an output of the plant, all groups together, and all types unless one is named."""
         with ctx.workprec(PRECISION):
+            if kind and any(not d.kinds for d in self._driven):
+                raise NotProved("correlated types have no shares of their own")
+            if kind:
+                return sum((d.by_type(name).get(kind, arb(0)) for d in self._driven), arb(0))
             return sum((d.mean_square(name) for d in self._driven), arb(0))
 
     def rms(self, kind: str, end: int) -> arb:
@@ -192,16 +205,24 @@ class Prover:
 
     def peak_change(self, kind: str) -> arb:
         """Static error + 3σ of guideway (worse end) and sensor noise (worst set) together."""
+        with ctx.workprec(PRECISION):
+            worse_end = pole.largest([self.rms(kind, k) for k in range(2)])
+            return self.static_error(kind) + SIGMAS * (worse_end**2 + self.largest_noise(kind)).sqrt()
+
+    def largest_noise(self, kind: str) -> arb:
+        """Mean square of gaps or currents from sensor noise alone, at the worst coil set."""
+        self._require_lateral(kind)
         law = self.table.law
         names = [f"{kind}_{i + 1}" for i in range(law.count)]
         with ctx.workprec(PRECISION):
             noise = [arb(0)] * law.count
             for group in self.certificate.groups:
                 loop = self.stable_loop(group)
-                state = sensor_noise(loop, law, self.certificate.sensors)
-                noise = [a + b for a, b in zip(noise, noise_squares(loop, law, state, names), strict=True)]
-            worse_end = pole.largest([self.rms(kind, k) for k in range(2)])
-            return self.static_error(kind) + SIGMAS * (worse_end**2 + pole.largest(noise)).sqrt()
+                if group not in self._noise:
+                    self._noise[group] = sensor_noise(loop, law, self.certificate.sensors)
+                squares = noise_squares(loop, law, self._noise[group], names)
+                noise = [a + b for a, b in zip(noise, squares, strict=True)]
+            return pole.largest(noise)
 
     def _require_lateral(self, kind: str) -> None:
         if kind == "gap_lateral" and set(self.certificate.groups) <= {"heave", "heave_pitch"}:

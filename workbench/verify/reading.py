@@ -6,7 +6,7 @@ bytes --size, UTF-8, strict JSON--> document --SHA-256 of the canonical JSON--> 
 import hashlib
 import json
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -20,6 +20,7 @@ VERSION = 1
 LARGEST_FILE = 4_000_000  # bytes; a table with evidence is below 1 MB
 LONGEST_DECIMAL = 60  # characters; a double needs 24, and the work grows with their number
 LARGEST_EXPONENT = 330
+LARGEST_SIZE = 40  # powers of ten from 1 to any number but zero: beyond lies no vehicle, only work without end
 DECIMAL = re.compile(r"(-?)([0-9]+)(?:\.([0-9]+))?(?:[eE]([-+]?[0-9]{1,3}))?")
 
 
@@ -74,14 +75,26 @@ def decimal(text: Any, place: str) -> fmpq:
         )
     sign, whole, fraction, exponent = found.groups()
     fraction = fraction or ""
-    value = fmpq(int(whole + fraction), 10 ** len(fraction)) * fmpq(10) ** int(exponent or 0)
+    digits, power = (whole + fraction).lstrip("0"), int(exponent or 0) - len(fraction)
+    if not digits:
+        return fmpq(0)
+    if abs(len(digits) + power) > LARGEST_SIZE:  # asked of the text: the number is not made before it is known small
+        raise TableError(
+            f"{place} must be zero or of a size between 1e-{LARGEST_SIZE} and 1e{LARGEST_SIZE}; got {text[:40]!r}. "
+            "Mend it there."
+        )
+    value = fmpq(int(digits), 1) * fmpq(10) ** power
     return -value if sign else value
 
 
 def number(value: Any, place: str) -> fmpq:
     """The exact value of a JSON number, which is a double or an integer."""
-    if isinstance(value, bool) or not isinstance(value, int | float) or abs(value) > 1e300:
-        raise TableError(f"{place} must be a finite number; got {str(value)[:40]!r}. Mend it there.")
+    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < 10.0**LARGEST_SIZE:
+        raise TableError(
+            f"{place} must be a finite number below 1e{LARGEST_SIZE}; got {str(value)[:40]!r}. Mend it there."
+        )
+    if value != 0 and abs(value) < 10.0**-LARGEST_SIZE:
+        raise TableError(f"{place} must be zero or at least 1e-{LARGEST_SIZE}; got {value!r}. Mend it there.")
     return fmpq(*value.as_integer_ratio())
 
 
@@ -109,6 +122,19 @@ def mapping(value: Any, place: str) -> dict[str, Any]:
     if not isinstance(value, dict):
         raise TableError(f"{place} must be a mapping; got {str(value)[:40]!r}. Get the table again from its source.")
     return value
+
+
+def keyed(value: Any, place: str, keys: Collection[str], may: Collection[str] = ()) -> dict[str, Any]:
+    """A JSON mapping that has these keys, perhaps some of `may`, and no others."""
+    given = mapping(value, place)
+    for word, odd in (("lacks", [k for k in keys if k not in given]),
+                      ("does not know", [k for k in given if k not in keys and k not in may])):  # fmt: skip
+        if odd:
+            raise TableError(
+                f"{place} must have the keys of a gain table and no others; it {word} {odd[0][:40]!r}. "
+                "Get the table again from its source."
+            )
+    return given
 
 
 def entries_of(value: Any, place: str, most: int, least: int = 0) -> list[Any]:

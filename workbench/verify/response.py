@@ -24,15 +24,25 @@ UNMOVED = fmpq(1, 10**12)  # of the largest input: a type that moves a group les
 
 @dataclass(frozen=True, slots=True)
 class Driven:
-    """A group under the guideway: its covariance, and the row over the augmented state of each output."""
+    """A group under the guideway: its covariance, and the row over the augmented state of each output.
+
+    kinds : types of irregularity that move it, one source of the covariance each; () where they are correlated
+    """
 
     state: Stationary
     outputs: dict[str, list[fmpq]]
+    kinds: tuple[str, ...]
 
     def mean_square(self, name: str) -> arb:
         """Mean square of one output, all types together."""
         with ctx.workprec(PRECISION):
             return self.state.mean_square([arb(e) for e in self.outputs[name]])
+
+    def by_type(self, name: str) -> dict[str, arb]:
+        """Mean square of one output from each type that moves the group alone."""
+        with ctx.workprec(PRECISION):
+            squares = self.state.mean_squares([arb(e) for e in self.outputs[name]])
+            return dict(zip(self.kinds, squares, strict=True)) if self.kinds else {}
 
 
 def ends(law: Law) -> tuple[int, int]:
@@ -77,9 +87,13 @@ def driven(loop: Loop, law: Law, guideway: Guideway) -> Driven:
         front[row, k] = fmpq(1)
         rear[ns + row, k] = fmpq(1)
     delay = (stations[0] - stations[-1]) / guideway.speed
+    apart = guideway.correlation is None
     with ctx.workprec(PRECISION):
-        Q = intensity(A, arb_mat(front), arb_mat(rear), _intensities(guideway, kinds), delay)
-    return Driven(Stationary(A, Q), dict(zip(system.outputs, C.tolist(), strict=True)))
+        R = _intensities(guideway, kinds)
+        alone = [_only(R, k) for k in range(len(kinds))] if apart else [R]
+        sources = [intensity(A, arb_mat(front), arb_mat(rear), part, delay) for part in alone]
+    outputs = dict(zip(system.outputs, C.tolist(), strict=True))
+    return Driven(Stationary(A, *sources), outputs, tuple(kinds) if apart else ())
 
 
 def shaping(spectrum: Spectrum, speed: fmpq) -> tuple[fmpq_mat, list[fmpq]]:
@@ -153,6 +167,12 @@ def _intensities(guideway: Guideway, kinds: Sequence[str]) -> arb_mat:
                 share = guideway.correlation[int(one[1]) - 1, int(other[1]) - 1]
                 R[i, j] = arb(share) * (sizes[i] * sizes[j]).sqrt()
     return R
+
+
+def _only(R: arb_mat, k: int) -> arb_mat:
+    """One source alone."""
+    n = R.nrows()
+    return arb_mat(n, n, [R[i, j] if i == j == k else arb(0) for i in range(n) for j in range(n)])
 
 
 def _alike(one: Spectrum, other: Spectrum) -> bool:

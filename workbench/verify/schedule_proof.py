@@ -11,11 +11,12 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from flint import fmpq, fmpq_mat
+from flint import fmpq, fmpq_mat, fmpq_poly
 
 from workbench.verify.box import BUDGET, Proof, prove_damping, prove_decay, prove_hurwitz, prove_peak_sensitivity
 from workbench.verify.box_sensitivity import SensitivityFamily, sensitivity_family
 from workbench.verify.polynomial_family import Box, Point, rational
+from workbench.verify.sensitivity import roots_from_zero
 
 Gains = Mapping[str, fmpq]
 ScheduledLoop = Callable[[fmpq, Gains, Point], tuple[fmpq_mat, fmpq_mat, fmpq_mat]]
@@ -58,6 +59,21 @@ class GainSchedule:
                 total = total * t + c
             gains[name] = total
         return gains
+
+    def largest(self, name: str) -> fmpq:
+        """A bound on the size of a polynomial anywhere in the range."""
+        reach = max(abs((end - self.centre) / self.scale) for end in (self.lower, self.upper))
+        return sum((abs(c) * reach**k for k, c in enumerate(self.coefficients[name])), fmpq(0))
+
+    def never_zero(self, name: str, low: fmpq, high: fmpq) -> bool:
+        """Whether a polynomial is proved to stay positive on a part of the range."""
+        p = fmpq_poly(list(self.coefficients[name]))
+        start, end = ((v - self.centre) / self.scale for v in (low, high))
+        # t = (start + end x)/(1 + x) takes x in [0, ∞) over the part; powers of 1 + x do not change the sign
+        over = fmpq_poly([0])
+        for k, c in enumerate(p.coeffs()):
+            over += c * fmpq_poly([start, end]) ** k * fmpq_poly([1, 1]) ** (p.degree() - k)
+        return p(start) > 0 and p(end) > 0 and roots_from_zero(over) == 0
 
 
 def schedule_family(

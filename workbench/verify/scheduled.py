@@ -1,39 +1,54 @@
 """Promises over a range of speeds: gains and coil forces are polynomials of the speed, factors of a box beside them.
 
-    schedule part: gains(v); forces(v) of one set, factors θ --Physics--> plant(v, θ) --closed loop--> family --> worst
+    schedule part --polynomials_of--> gains(v); forces(v) of one set, known to a stated error
+    gains, forces, factors θ --Physics--> plant(v, θ) --closed loop--> family --> worst
 
 The plant at each speed is rebuilt from the vehicle beside the plant with that speed's forces in level flight, so it is
 a rational function of the speed. Multiplied by the time constants, and by the lift-to-drag ratio where the drag enters,
-the polynomials of the loop are polynomials of the speed; their degree is found by trying, and a point off the grid
-checks it. Steady flight at each speed; how fast the speed changes is not looked at.
+the polynomials of the loop are polynomials of the speed, of a degree that follows from the equations (`degree`). Steady
+flight at each speed; how fast the speed changes is not looked at.
 """
 
-import math
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 from flint import fmpq, fmpq_mat
 
 from workbench.verify.box_sensitivity import SensitivityFamily
+from workbench.verify.degree import FORCES, degrees_of, turns
 from workbench.verify.failure import NotProved, TableError
 from workbench.verify.law import GAIN_NAMES, GROUPS
-from workbench.verify.loop import closed_loop, factors
+from workbench.verify.loop import SCALED, closed_loop, factors
 from workbench.verify.physics import Physics
 from workbench.verify.polynomial_family import Box, Family, Point
-from workbench.verify.reading import decimal, entries_of, mapping
+from workbench.verify.reading import decimal, entries_of, keyed, mapping, number, text_of
 from workbench.verify.schedule_proof import GainSchedule, schedule_family
-from workbench.verify.system import identity, matrix
+from workbench.verify.system import matrix
 from workbench.verify.table import Table
-from workbench.verify.uncertain import Factors
+from workbench.verify.uncertain import Factors, refused, require_lag
 
 SPEED = "speed"
-GROWTH = (1.0, 1.5, 2.5)  # multiples of the expected degree in the speed that are tried in turn
 MOST_DEGREE = 200
 MOST_COEFFICIENTS = 13  # of one polynomial
 SHOWN = 33  # speeds at which a worst value is looked for
-FORCES = ("lift", "lateral", "moment")
+FORCE_NAMES = (*(f"{kind},{k}" for kind in FORCES for k in range(5)), "lift_to_drag")
+FILTERED = ("K_hdot", "K_zdot", "K_hpdot", "K_ydot")
+MOST_ERROR = fmpq(1, 10**4)  # of the largest value, stated for a coil force over the speed
+COMPARISON = fmpq(21, 20)  # times the stated error: a maximum met between the speeds at which it was stated
+
+
+@dataclass(frozen=True, slots=True)
+class SpeedForces:
+    """Coil forces of one set over the speed, and how far the coils' own may lie from them, of the largest value."""
+
+    polynomials: GainSchedule
+    relative: Mapping[str, fmpq]
+
+    def error(self, name: str) -> fmpq:
+        """The largest error of a number, absolute, anywhere in the range."""
+        return COMPARISON * self.relative[name] * self.polynomials.largest(name)
 
 
 class ScheduledLoop:
@@ -43,55 +58,59 @@ class ScheduledLoop:
         certificate = table.certificate
         if certificate is None or certificate.physics is None or table.schedule is None:
             raise NotProved("a range of speeds needs a schedule in the table, and the vehicle in its certificate")
-        if table.schedule.get("forces") is None:
+        self.schedule, forces = polynomials_of(table.schedule)
+        if forces is None:
             raise NotProved("the table's schedule does not say how the coil forces change with the speed")
-        self._schedule = _polynomials(table.schedule, "schedule", GAIN_NAMES)
-        names = (*(f"{kind},{k}" for kind in FORCES for k in range(5)), "lift_to_drag")
-        self._forces = _polynomials(mapping(table.schedule["forces"], "schedule.forces"), "schedule.forces", names)
+        self.forces = forces
+        worst = max(forces.relative, key=lambda name: forces.relative[name])
+        if forces.relative[worst] > MOST_ERROR:
+            raise NotProved(
+                f"the coil forces are stated with an error of {float(forces.relative[worst]):.2g} ({worst}); beyond "
+                f"{float(MOST_ERROR):g} the polynomials say nothing of the vehicle"
+            )
         low, high = intervals[SPEED]
-        for one in (self._schedule, self._forces):
+        for one in (self.schedule, forces.polynomials):
             if not (one.lower <= low < high <= one.upper):
                 raise NotProved("the range of speeds must rise and lie within the schedule's and its forces' own")
+        if not forces.polynomials.never_zero("lift_to_drag", low, high):
+            raise NotProved("the lift-to-drag ratio is not proved to stay above zero over the range of speeds")
+        for tau in ("tau_h", "tau_z", "tau_hp", "tau_y"):
+            if not self.schedule.never_zero(tau, low, high):
+                raise NotProved(f"the time constant {tau} is not proved to stay above zero over the range of speeds")
+        require_lag(table, group)
         others = {name: interval for name, interval in intervals.items() if name != SPEED}
         self._factors = Factors(table, group, others)
         own = self._factors.box
         self.box = Box((SPEED, *own.names), (low, *own.lower), (high, *own.upper))
-        self._table, self._group = table, group
+        self.table, self.group, self._physics_of = table, group, certificate.physics
 
     @cached_property
     def sensitivity(self) -> SensitivityFamily:
         """The loop at all speeds as one family."""
-        schedule = replace(self._schedule, lower=self.box.lower[0], upper=self.box.upper[0])
-        lengths, own = self._table.law.patterns(self._group)[1], self._factors
-        tried = [math.ceil(self._expected * growth) for growth in GROWTH]
-        if own.names:  # the degree in the speed is that without factors, found at a fraction of the cost
-            alone = ScheduledLoop(self._table, self._group, {SPEED: (self.box.lower[0], self.box.upper[0])})
-            found = alone.sensitivity.p.degrees[0]
-            tried = [found, *(degree for degree in tried if degree > found)]
-        fault = "the schedule and its forces are of too high a degree"
-        for degree in tried:
-            if degree > MOST_DEGREE:
-                break
-            try:
-                return schedule_family(
-                    self._loop, schedule, degree, box=own.box if own.names else None, degrees=own.degrees,
-                    multiplier=self._multiplier, lengths=lengths,
-                )  # fmt: skip
-            except ValueError as error:
-                fault = str(error)
-        raise NotProved(fault)
+        schedule = replace(self.schedule, lower=self.box.lower[0], upper=self.box.upper[0])
+        own = self._factors
+        return refused(lambda: schedule_family(
+            self.loop, schedule, self.degree, box=own.box if own.names else None, degrees=own.degrees,
+            multiplier=self.multiplier, lengths=self.lengths,
+        ))  # fmt: skip
 
     @property
-    def _expected(self) -> int:
-        """Degree in the speed: forces once for each coordinate and turn, gains once for each filter and modal gain."""
-        group = GROUPS[self._group]
-        forces, gains = (max(len(c) for c in one.coefficients.values()) - 1 for one in (self._forces, self._schedule))
-        return max(forces * (len(group.coordinates) + self._turns) + gains * (3 * len(group.channels) + 1), 1)
+    def lengths(self) -> list[fmpq]:
+        """Squared lengths of the current patterns."""
+        return self.table.law.patterns(self.group)[1]
 
     @property
-    def _turns(self) -> int:
-        """How often the drag enters: once where pitch turns the vehicle, twice with roll and yaw."""
-        return 1 if self._group in ("heave_pitch", "heave") else 2
+    def degree(self) -> int:
+        """In the speed, of the group's polynomials: from the equations."""
+        degree = {name: len(c) - 1 for name, c in self.schedule.coefficients.items()}
+        forces = self.forces.polynomials.coefficients
+        for kind in FORCES:
+            degree[kind] = max(len(forces[f"{kind},{k}"]) - 1 for k in range(5))
+        degree["lift_to_drag"] = len(forces["lift_to_drag"]) - 1
+        found = degrees_of(self.group, len(self.lengths), degree)[SPEED]
+        if found > MOST_DEGREE:
+            raise NotProved(f"the schedule and its forces are of too high a degree, {found} in the speed")
+        return found
 
     @property
     def poles(self) -> Family:
@@ -106,40 +125,64 @@ class ScheduledLoop:
         rest = self._factors.box
         return [(v, *place) for v in speeds for place in dict.fromkeys([rest.centre, *rest.vertices()])]
 
-    def _loop(self, speed: fmpq, gains: Mapping[str, fmpq], theta: Point) -> tuple[fmpq_mat, fmpq_mat, fmpq_mat]:
-        plant = self._physics(speed).varied(factors(self._factors.named(theta))).plant()
-        seen = closed_loop(replace(self._table, gains=dict(gains), plant=plant), self._group).sensitivity
-        if identity(seen.D.nrows()) != seen.D:
-            raise NotProved("without a lag of the currents the loop is not a polynomial of the speed")
+    def closed(self, speed: fmpq, gains: Mapping[str, fmpq], theta: Point = ()):
+        """The closed loop at one speed; filters that any speed needs stay at all of them."""
+        factor = factors(self._factors.named(theta))
+        plant = self._physics(speed).varied(factor).plant()
+        gains = dict(gains)
+        for name, scaled in SCALED.items():
+            gains |= {gain: factor[name] * gains[gain] for gain in scaled}
+        kept = {name for name in FILTERED if any(self.schedule.coefficients[name])}
+        return closed_loop(replace(self.table, gains=gains, plant=plant), self.group, kept=kept)
+
+    def loop(self, speed: fmpq, gains: Mapping[str, fmpq], theta: Point) -> tuple[fmpq_mat, fmpq_mat, fmpq_mat]:
+        """(A, B, C) of the sensitivity at one speed, with S(∞) = I."""
+        seen = self.closed(speed, gains, theta).sensitivity
         return seen.A, seen.B, seen.C
 
     def _physics(self, speed: fmpq) -> Physics:
         """The vehicle with the forces of a speed."""
-        certificate = self._table.certificate
-        physics = certificate.physics if certificate else None
-        if physics is None:
-            raise NotProved("the vehicle is missing in the certificate")
-        at = self._forces.at(speed)
+        at = self.forces.polynomials.at(speed)
         rows = [[at[f"{kind},{k}"] for k in range(5)] for kind in FORCES]
-        if at["lift_to_drag"] == 0:
-            raise NotProved("the lift-to-drag ratio vanishes at a speed of the range")
-        return replace(physics, forces=matrix(rows), drag_ratio=1 / at["lift_to_drag"])
+        return replace(self._physics_of, forces=matrix(rows), drag_ratio=1 / at["lift_to_drag"])
 
-    def _multiplier(self, speed: fmpq, gains: Mapping[str, fmpq], theta: Point) -> fmpq:
+    def multiplier(self, speed: fmpq, gains: Mapping[str, fmpq], theta: Point) -> fmpq:
         """Time constants once for each filter that has them, the lift-to-drag ratio once for each turn, the masses."""
-        out = self._forces.at(speed)["lift_to_drag"] ** self._turns
-        for channel in GROUPS[self._group].channels:
+        out = self.forces.polynomials.at(speed)["lift_to_drag"] ** turns(self.group)
+        for channel in GROUPS[self.group].channels:
             vertical = channel in ("heave", "pitch", "roll")
             out *= gains["tau_h" if vertical else "tau_hp"] * gains["tau_z" if vertical else "tau_y"]
         return out * self._factors.multiplier(theta)
 
 
+def polynomials_of(schedule: Mapping[str, Any]) -> tuple[GainSchedule, SpeedForces | None]:
+    """Gains and coil forces over the speed from the schedule part of a table; None where it has no forces."""
+    keyed(schedule, "schedule", (*_KEYS, "points"), ("forces",))
+    for value in entries_of(schedule["points"], "schedule.points", 500):
+        decimal(value, "schedule.points")
+    gains = _polynomials(schedule, "schedule", GAIN_NAMES)
+    if schedule.get("forces") is None:
+        return gains, None
+    place = "schedule.forces"
+    part = keyed(schedule["forces"], place, (*_KEYS, "relative_error", "nodes"))
+    for value in entries_of(part["nodes"], f"{place}.nodes", 500):
+        decimal(value, f"{place}.nodes")
+    at = f"{place}.relative_error"
+    relative = {name: number(value, at) for name, value in keyed(part["relative_error"], at, FORCE_NAMES).items()}
+    if min(relative.values()) < 0:
+        raise TableError(f"{at} must hold no negative error; it does. Get the table again from its source.")
+    return gains, SpeedForces(_polynomials(part, place, FORCE_NAMES), relative)
+
+
+_KEYS = ("variable", "unit", "range", "centre", "scale", "coefficients")
+
+
 def _polynomials(part: Mapping[str, Any], place: str, names: tuple[str, ...]) -> GainSchedule:
     """Polynomials of the speed from their decimals."""
-    if part.get("variable") != SPEED:
-        raise TableError(f"{place}.variable must be {SPEED!r}; got {str(part.get('variable'))[:40]!r}. Mend it there.")
+    if part.get("variable") != SPEED or text_of(part.get("unit"), f"{place}.unit") != "m/s":
+        raise TableError(f"{place}.variable must be {SPEED!r} in m/s; got {str(part.get('variable'))[:40]!r}. Mend it.")
     low, high = (decimal(v, f"{place}.range") for v in entries_of(part.get("range"), f"{place}.range", 2, 2))
-    given = mapping(part.get("coefficients"), f"{place}.coefficients")
+    given = keyed(mapping(part.get("coefficients"), f"{place}.coefficients"), f"{place}.coefficients", (), names)
     read = {
         name: tuple(
             decimal(c, f"{place}.coefficients.{name}")

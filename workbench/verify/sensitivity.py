@@ -14,6 +14,7 @@ from itertools import combinations, pairwise
 
 from flint import fmpq, fmpq_poly
 
+from workbench.verify.deadline import check
 from workbench.verify.failure import NotProved
 from workbench.verify.system import System, part
 
@@ -77,6 +78,7 @@ def squared_minors(seen: System, lengths: Sequence[fmpq]) -> list[fmpq_poly]:
     for k in range(1, m + 1):
         total = fmpq_poly([0])
         for rows in combinations(range(m), k):
+            check()
             for columns in combinations(range(m), k):
                 weight = fmpq(1)
                 for i, j in zip(rows, columns, strict=True):
@@ -95,6 +97,11 @@ def numerators(seen: System, p: fmpq_poly) -> list[list[fmpq_poly]]:
         [(seen.A - column * row).charpoly() - p + p * seen.D[i, j] for j, column in enumerate(columns)]
         for i, row in enumerate(rows)
     ]
+
+
+def principal_minor(N: list[list[fmpq_poly]], p: fmpq_poly, which: Sequence[int]) -> fmpq_poly:
+    """p times a principal minor of S."""
+    return _minor(N, p, which, which)
 
 
 def _minor(N, p: fmpq_poly, rows: Sequence[int], columns: Sequence[int]) -> fmpq_poly:
@@ -140,6 +147,7 @@ def roots_from_zero(p: fmpq_poly) -> int:
     if chain[1].degree() < 0:
         return 0
     while chain[-1].degree() > 0:
+        check()
         a, b = fmpq_poly(chain[-2]), fmpq_poly(chain[-1])
         rest = -(a % b)
         if rest == 0:

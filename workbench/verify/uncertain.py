@@ -2,10 +2,9 @@
 
     table, group, box --exact interpolation--> families of polynomials --zero exclusion, positivity--> worst value
 
-Factors are those of `loop.FACTORS`, 1 = as printed, constant in time. How often a factor enters: each mass and inertia
-divides the accelerations of one coordinate, a matrix of rank one, so the characteristic polynomial times it is affine
-in it (quadratic in "inertia" where two are meant); forces per current enter as often as there are patterns, forces per
-displacement as often as there are coordinates. A point off the grid checks it.
+Factors are those of `loop.FACTORS`, 1 = as printed, constant in time. How often a factor enters follows from the
+equations (`degree`). Behind a current loop nothing is closed at once, so the state matrix is affine in each force and
+sensor factor and in 1/mass and 1/inertia. Points off the grids check both; they prove nothing.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -25,10 +24,12 @@ from workbench.verify.box import (
     smallest_peak,
 )
 from workbench.verify.box_sensitivity import SensitivityFamily, peak_at, sensitivity_family
+from workbench.verify.deadline import check, remaining
+from workbench.verify.degree import degrees_of
 from workbench.verify.exclusion import damping, decay
 from workbench.verify.failure import NotProved
-from workbench.verify.law import GROUPS
-from workbench.verify.loop import FACTORS, INERTIA_OF, closed_loop
+from workbench.verify.law import CHANNELS, GROUPS
+from workbench.verify.loop import FACTORS, closed_loop
 from workbench.verify.pole import ends
 from workbench.verify.polynomial_family import Box, Family, Point, characteristic, interpolate, multiaffine
 from workbench.verify.table import Table
@@ -64,21 +65,14 @@ class Factors:
         unknown = [name for name in intervals if name not in FACTORS]
         if unknown:
             raise NotProved(f"a box over {unknown[0][:60]!r} is not known to the checker")
-        coordinates = GROUPS[group].coordinates
-        inertias = {INERTIA_OF[c] for c in coordinates}
         # a factor that cannot reach this group, such as the pitch inertia of sway, roll and yaw, drops out
-        self.names = tuple(name for name in intervals if not name.endswith("_inertia") or name in inertias)
+        self._degree = degrees_of(group, len(table.law.patterns(group)[1]))
+        self.names = tuple(name for name in intervals if self._degree.get(name, 0) > 0)
         self.divide = tuple(name for name in self.names if name == "mass" or name.endswith("inertia"))
         lower, upper = (tuple(intervals[name][k] for name in self.names) for k in range(2))
         self.box = refused(lambda: Box(self.names, lower, upper))
         if any(low <= 0 for name, low in zip(self.names, lower, strict=True) if name in self.divide):
             raise NotProved("a box must keep mass and inertias positive")
-        self._degree = {
-            **dict.fromkeys(("mass", "roll_inertia", "pitch_inertia", "yaw_inertia"), 1),
-            "inertia": len(inertias - {"mass"}),
-            "current_force": min(len(table.law.patterns(group)[1]), len(coordinates)),
-            "gap_force": len(coordinates),
-        }
 
     @property
     def degrees(self) -> list[int]:
@@ -98,6 +92,16 @@ class Factors:
         return out
 
 
+def require_lag(table: Table, group: str) -> None:
+    """NotProved where accelerations pass to the currents at once: S(∞) is not I then, and factors close the loop."""
+    law, plant = table.law, table.plant
+    directions = {"acceleration_z" if c in CHANNELS[:3] else "acceleration_y" for c in GROUPS[group].channels}
+    direct = {"acceleration_z": "K_zddot", "acceleration_y": "K_yddot"}
+    felt = [f"{kind}_{i + 1}" for kind in directions if table.gains[direct[kind]] != 0 for i in range(law.count)]
+    if felt and any(e != 0 for e in plant.select(law.commands, felt).D.entries()):
+        raise NotProved("without a lag of the currents, accelerations pass straight to the commands: no box is proved")
+
+
 class UncertainLoop:
     """One group's closed loop over a box of factors."""
 
@@ -105,12 +109,10 @@ class UncertainLoop:
         self._factors = Factors(table, group, intervals)
         self.box = self._factors.box
         self._table, self._group = table, group
+        require_lag(table, group)
         nominal = closed_loop(table, group)
         self._size, self._lengths = nominal.A.nrows(), nominal.lengths
-        try:
-            self._bordered = multiaffine(self._exact, self.box, self._factors.divide)
-        except ValueError:  # without current-loop lag the direct gain closes through the factors
-            self._bordered = self._exact
+        self._bordered = refused(lambda: multiaffine(self._exact, self.box, self._factors.divide))
 
     @cached_property
     def poles(self) -> Family:
@@ -164,9 +166,10 @@ def worst_over_box(loops: Sequence[UncertainFamily], name: str) -> Worst:
     found: list[tuple[fmpq, fmpq, UncertainFamily, Enclosure]] = []
     for loop in loops:
         if _is_peak(name):
-            one = refused(lambda loop=loop: smallest_peak(loop.sensitivity, tolerance=TOLERANCE, budget=BUDGET))
+            one = refused(lambda loop=loop: smallest_peak(loop.sensitivity, tolerance=TOLERANCE, budget=_budget()))
         else:
-            one = _largest(name)(loop.poles, tolerance=TOLERANCE, budget=BUDGET)
+            one = _largest(name)(loop.poles, tolerance=TOLERANCE, budget=_budget())
+        check()
         if one.proof is None:
             at = ", ".join(f"{k} {float(v):.4g}" for k, v in zip(loop.box.names, one.at, strict=True))
             reached = one.low if _is_peak(name) else one.high
@@ -190,10 +193,11 @@ def interval_holds(
     bound = high if _is_peak(name) else low
     for loop in loops:
         if _is_peak(name):
-            proof = refused(lambda loop=loop: prove_peak_sensitivity(loop.sensitivity, bound, budget=BUDGET))
+            proof = refused(lambda loop=loop: prove_peak_sensitivity(loop.sensitivity, bound, budget=_budget()))
         else:
             prove = prove_damping if _largest(name) is largest_damping else prove_decay
-            proof = refused(lambda loop=loop, prove=prove: prove(loop.poles, bound, budget=BUDGET))
+            proof = refused(lambda loop=loop, prove=prove: prove(loop.poles, bound, budget=_budget()))
+        check()
         if not proof.proved:
             return False
     return True
@@ -224,7 +228,7 @@ def open_share(loops: Sequence[UncertainFamily], name: str, limit: fmpq) -> floa
     """Share of the box on which a limit is not proved, never too small; of several groups, their sum."""
     total = 0.0
     for loop in loops:
-        options = {"most": PIECES_OF_A_SHARE[_is_peak(name)], "budget": BUDGET, "thorough": True}
+        options = {"most": PIECES_OF_A_SHARE[_is_peak(name)], "budget": _budget(), "thorough": True}
         if _is_peak(name):
             total += refused(
                 lambda loop=loop, o=options: prove_peak_sensitivity(loop.sensitivity, limit, **o)
@@ -233,6 +237,11 @@ def open_share(loops: Sequence[UncertainFamily], name: str, limit: fmpq) -> floa
             prove = prove_damping if _largest(name) is largest_damping else prove_decay
             total += refused(lambda loop=loop, prove=prove, o=options: prove(loop.poles, limit, **o)).undecided
     return min(total, 1.0)
+
+
+def _budget() -> float:
+    """Seconds for one promise: its own, or what is left of the whole check."""
+    return min(BUDGET, remaining())
 
 
 def method_of(name: str) -> str:

@@ -12,6 +12,7 @@ from collections.abc import Sequence
 
 from flint import arb, arb_mat, ctx, fmpq, fmpq_mat
 
+from workbench.verify.deadline import check
 from workbench.verify.failure import NotProved
 from workbench.verify.pole import largest, smallest
 
@@ -21,33 +22,42 @@ CONVERGED = 2.0**-120
 
 
 class Stationary:
-    """The covariance of a state as a point matrix and the matrix that bounds its error in both directions."""
+    """The covariance of a state from each of several sources: point matrices, and bounds of their errors both ways."""
 
-    def __init__(self, A: fmpq_mat, Q: arb_mat) -> None:
-        """A: rational, proved Hurwitz by the caller; Q: intensity of the noises, balls."""
+    def __init__(self, A: fmpq_mat, *sources: arb_mat) -> None:
+        """A: rational, proved Hurwitz by the caller; sources: intensities Q of independent noises, balls."""
         with ctx.workprec(PRECISION):
             n = A.nrows()
             whole = arb_mat(A)
             weights = _weights(whole)
             W = _diagonal([w * w for w in weights])
-            P, H = _solutions(whole, [Q.mid(), W])
+            *found, H = _solutions(whole, [*(Q.mid() for Q in sources), W])
             spread = whole * H + H * whole.transpose()
             certain = smallest(_gershgorin(-spread, weights, lower=True))
             if not certain > 0:
                 raise NotProved("the covariance's error bound could not be proved")
-            left = whole * P + P * whole.transpose() + Q
-            rho = largest([abs(e) for e in _gershgorin(left, weights, lower=False)])
-            self.P = P
-            self.H = H * (rho.upper() / certain.lower()).upper()
+            self._parts = []
+            for P, Q in zip(found, sources, strict=True):
+                left = whole * P + P * whole.transpose() + Q
+                rho = largest([abs(e) for e in _gershgorin(left, weights, lower=False)])
+                self._parts.append((P, H * (rho.upper() / certain.lower()).upper()))
             self.order = n
 
-    def mean_square(self, row: Sequence[arb]) -> arb:
-        """E[y²] of y = row · x."""
+    def mean_squares(self, row: Sequence[arb]) -> list[arb]:
+        """E[y²] of y = row · x from each source."""
         with ctx.workprec(PRECISION):
             c = arb_mat(1, self.order, list(row))
-            value, error = (c * self.P * c.transpose())[0, 0], abs((c * self.H * c.transpose())[0, 0]).upper()
-            low, high = value - error, value + error
-            return low.union(high).max(arb(0))
+            out = []
+            for P, H in self._parts:
+                value, error = (c * P * c.transpose())[0, 0], abs((c * H * c.transpose())[0, 0]).upper()
+                low, high = value - error, value + error
+                out.append(low.union(high).max(arb(0)))
+            return out
+
+    def mean_square(self, row: Sequence[arb]) -> arb:
+        """E[y²] of y = row · x, all sources together."""
+        with ctx.workprec(PRECISION):
+            return sum(self.mean_squares(row), arb(0))
 
 
 def intensity(A: fmpq_mat, front: arb_mat, rear: arb_mat, R: arb_mat, delay: fmpq) -> arb_mat:
@@ -84,6 +94,7 @@ def _solutions(A: arb_mat, sources: Sequence[arb_mat]) -> list[arb_mat]:
     n = A.nrows()
     step, terms = A.mid(), [Q.mid() for Q in sources]
     for _ in range(MOST_STEPS):
+        check()
         size = abs(step.det().mid())
         try:
             inverse = step.inv().mid()
