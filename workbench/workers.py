@@ -30,6 +30,8 @@ def pool(workers: int, prepare: Callable[..., None] | None = None, *arguments) -
         yield executor
     except BaseException:
         held.close()
+        for process in list((executor._processes or {}).values()):  # one that has only begun watches no pipe yet
+            process.kill()
         raise
     finally:
         executor.shutdown(wait=True, cancel_futures=True)

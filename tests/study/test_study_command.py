@@ -8,13 +8,14 @@ import pytest
 import typer
 
 from workbench.commands.study import study as command
+from workbench.errors import BudgetEnded, InputError
 from workbench.export.report_study import study_report_html
 from workbench.export.study_file import read_study
 from workbench.study.run import run_study
 
 
 def call(file, out, **more):
-    command(**{"file": file, "out": out, "workers": 1, "scheduler": None, "fresh": False, "json": False, **more})
+    command(**{"file": file, "out": out, "workers": 1, "scheduler": None, "fresh": False, **more})
 
 
 def test_json_is_one_document_with_failing_share_indices_and_provenance(study_file, tmp_path, capsys):
@@ -32,6 +33,27 @@ def test_the_terminal_shows_failing_quantities_and_sensitivity(study_file, tmp_p
     shown = capsys.readouterr().out
     for words in ("rows fail", "damping", "Rank correlation", "table.csv"):
         assert words in shown
+
+
+def test_a_budget_that_is_over_says_how_to_go_on(study_file, tmp_path, monkeypatch):
+    def late(asked, folder, *, on_rows, **rest):
+        on_rows(17, 60)
+        raise BudgetEnded("late")
+
+    monkeypatch.setattr("workbench.study.run.run_study", late)
+    with pytest.raises(BudgetEnded, match=r"the budget of 5 s ended with 17 of 60 rows finished and kept; .*--out"):
+        call(study_file(60), tmp_path / "out", budget_seconds=5.0)
+
+
+@pytest.mark.parametrize("seconds", [0.0, -1.0, float("nan"), float("inf")])
+def test_a_budget_that_is_none_is_refused(study_file, tmp_path, seconds):
+    with pytest.raises(InputError, match="--budget-seconds must be a positive, finite number"):
+        call(study_file(60), tmp_path / "out", budget_seconds=seconds)
+
+
+def test_workers_of_this_machine_and_of_a_scheduler_are_not_both_taken(study_file, tmp_path):
+    with pytest.raises(InputError, match="--workers are of this machine"):
+        call(study_file(60), tmp_path / "out", workers=2, scheduler="tcp://nowhere:1")
 
 
 def test_an_interrupt_says_how_to_go_on_and_ends_with_130(study_file, tmp_path, capsys, monkeypatch):

@@ -6,7 +6,8 @@ import random
 
 import pytest
 
-from workbench.errors import InputError
+from workbench.budget import Deadline
+from workbench.errors import BudgetEnded, InputError
 from workbench.export.study_file import read_study
 from workbench.study.run import run_study
 from workbench.study.store import Piece, opened
@@ -97,3 +98,24 @@ def test_a_deleted_piece_is_computed_again_and_nothing_else(study_file, tmp_path
     done = []
     assert run_study(study, tmp_path / "out", on_rows=lambda n, total: done.append(n)).columns == whole.columns
     assert done == [172, 300]
+
+
+def test_a_budget_that_is_over_keeps_what_is_finished_and_the_rest_comes_later(study_file, tmp_path):
+    study = read_study(study_file(300))
+    with pytest.raises(BudgetEnded, match="the study, whose finished rows are kept"):
+        run_study(study, tmp_path / "out", size=128, deadline=Deadline.after(1e-9))
+    assert [p.name for p in sorted((tmp_path / "out" / "rows").iterdir())] == ["00000000.json"]
+    done = []
+    again = run_study(study, tmp_path / "out", on_rows=lambda n, total: done.append(n))
+    assert done[0] == 128
+    assert again.columns == run_study(study, tmp_path / "whole").columns
+
+
+@pytest.mark.parametrize("taken", ["table.csv", "summary.json", "report.html"])
+def test_a_folder_where_an_output_goes_is_refused_before_any_row(study_file, tmp_path, taken, capsys):
+    from workbench.cli import run
+
+    (tmp_path / "out" / taken).mkdir(parents=True)
+    assert run(["study", str(study_file()), "--out", str(tmp_path / "out")]) == 2
+    assert f"{taken} must be a file's path; a folder is there" in capsys.readouterr().err
+    assert not list((tmp_path / "out").glob("rows/*"))

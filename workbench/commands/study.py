@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from workbench.commands.analyse import Budget
 from workbench.commands.problems import Json
 
 SHOWN = 3  # indices of each quantity on the screen
@@ -27,23 +28,33 @@ def study(
             "--trust", help="Run the problem.py of a folder that the study names; it may do whatever you may."
         ),
     ] = False,
+    budget_seconds: Budget = None,
     json: Json = False,
 ) -> None:
     """Runs or resumes a parameter study: table, summary, report.
 
     A study may name any folder as its problem; if that holds a problem.py, a program, it is run with --trust only.
     """
-    from workbench.commands.output import emit_json, emit_table, progress
-    from workbench.errors import InputError
+    from workbench.supervision import finishing, supervised
+
+    deadline = supervised(budget_seconds, "the study, whose finished rows are kept")
+
+    from workbench.commands.output import emit_json, emit_table, progress, say
+    from workbench.errors import BudgetEnded, InputError
     from workbench.export.report_study import write_study_report
     from workbench.export.study_file import read_study
+    from workbench.interrupts import word
     from workbench.result import figure
     from workbench.study.run import run_study
+    from workbench.terminal import printable
+    from workbench.writing import check_file
 
     if workers is not None and scheduler is not None:
         raise InputError("--workers are of this machine, --scheduler has workers of its own; give one of them.")
     asked = read_study(file)
     folder = out or Path("results") / file.stem
+    report = folder / "report.html"
+    check_file(report)
     finished = [0]
     try:
         with progress(json) as show:
@@ -56,17 +67,16 @@ def study(
 
             result = run_study(
                 asked, folder, workers=workers or os.cpu_count() or 1, scheduler=scheduler, fresh=fresh, trust=trust,
-                on_rows=on_rows,
+                on_rows=on_rows, deadline=deadline,
             )  # fmt: skip
+            write_study_report(result, report)
     except KeyboardInterrupt:
-        typer.echo(
-            f"interrupted with {finished[0]} of {asked.rows_planned} rows finished and kept; "
-            f"the same command goes on from there: workbench study {file} --out {folder}",
-            err=True,
-        )
+        typer.echo(printable(f"{word()} with {kept(finished[0], asked, file, folder)}"), err=True)
         raise typer.Exit(130) from None
-    report = folder / "report.html"
-    write_study_report(result, report)
+    except BudgetEnded:
+        words = kept(finished[0], asked, file, folder)
+        raise BudgetEnded(f"the budget of {deadline.budget:.4g} s ended with {words}") from None
+    finishing()
     if json:
         emit_json({**result.to_dict(), "report": str(report)})
         return
@@ -87,7 +97,15 @@ def study(
             ("quantity", "parameter", "value", "from", "to"),
             [(i.quantity, i.parameter, *map(figure, (i.value, i.low, i.high))) for i in strongest],
         )  # fmt: skip
-    typer.echo(f"table   {result.table}\nreport  {report}")
+    say(f"table   {result.table}\nreport  {report}")
+
+
+def kept(finished: int, asked, file: Path, folder: Path) -> str:
+    """What a run that did not end leaves, and how to go on."""
+    return (
+        f"{finished} of {asked.rows_planned} rows finished and kept; "
+        f"the same command goes on from there: workbench study {file} --out {folder}"
+    )
 
 
 def _strongest(indices) -> list:

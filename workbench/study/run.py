@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from workbench.budget import Deadline
 from workbench.control import Gains
 from workbench.errors import InputError, unknown_name
 from workbench.result import Result, Row, plain
@@ -34,7 +35,7 @@ from workbench.study.summary import Failing, Spread, failing, spread_of
 from workbench.study.table import write_study
 from workbench.study.task import Task
 from workbench.threads import one_thread
-from workbench.writing import write_text
+from workbench.writing import check_file, write_text
 
 PIECE = {"batch": 512, "analyse": 8, "design": 1}  # rows kept at a time: a sixth of a second, and one design
 WORTH_IT = 20_000  # rows of batches below which other processes cost more than they bring
@@ -106,6 +107,7 @@ def run_study(
     trust: bool = False,
     size: int | None = None,
     on_rows: Callable[[int, int], None] | None = None,
+    deadline: Deadline | None = None,
 ) -> StudyResult:
     """Computes what is missing of a study in its folder, and sums it up.
 
@@ -117,19 +119,25 @@ def run_study(
     trust : run the problem.py of a folder that does not ship with the workbench
     size : rows kept at a time; the rows do not depend on it, nor on who computes them
     on_rows : called with (rows finished, rows in all) at the start and after every piece
+    deadline : after which no piece is waited for
 
     Raises
     ------
     InputError
         If the study does not fit its problem, the folder holds another study or damaged rows, or the cluster fails.
 
+    BudgetEnded
+        If the deadline comes before the last row.
+
     An interrupt, or a kill, loses what was under way and nothing else: the same call goes on from there.
     """
     with one_thread():  # small matrices, and sums that do not depend on the number of processors
-        return _run(study, folder, workers, scheduler, fresh, trust, size, on_rows)
+        return _run(study, folder, workers, scheduler, fresh, trust, size, on_rows, deadline)
 
 
-def _run(study: Study, folder: Path, workers: int, scheduler, fresh: bool, trust: bool, size, on_rows) -> StudyResult:
+def _run(
+    study: Study, folder: Path, workers: int, scheduler, fresh: bool, trust: bool, size, on_rows, deadline
+) -> StudyResult:  # fmt: skip
     begun = perf_counter()
     source = Source.of(study.problem, trust=trust)
     problem = source.problem()
@@ -154,7 +162,10 @@ def _run(study: Study, folder: Path, workers: int, scheduler, fresh: bool, trust
         "problem_files": hashes(source.files), **given.identity(), "quantities": list(quantities),
         "versions": {name: version(name) for name in PACKAGES}, "workbench_sha256": workbench_sha256(),
     }  # fmt: skip
+    table = folder / ("table.csv" if study.output == "csv" else "table.parquet")
     with opened(folder, identity, fresh=fresh) as store:
+        for path in (table, folder / "summary.json"):
+            check_file(path)
         pieces = list(store.pieces(len(quantities) + 1))
         total, created = study.rows_planned, datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
         finished = sum(len(p.values) for p in pieces)
@@ -174,6 +185,8 @@ def _run(study: Study, folder: Path, workers: int, scheduler, fresh: bool, trust
             finished += len(piece.values)
             if on_rows:
                 on_rows(finished, total)
+            if deadline is not None:
+                deadline.check("the study, whose finished rows are kept")
         rows = [row for p in sorted(pieces, key=lambda p: p.first) for row in p.values]
         provenance = {
             "format": "maglev-workbench study table", "study_sha256": store.sha256, **identity,
@@ -181,7 +194,7 @@ def _run(study: Study, folder: Path, workers: int, scheduler, fresh: bool, trust
             "compute_seconds": sum(p.seconds for p in pieces),
         }  # fmt: skip
         held = limits_by_row(study, problem, limits) if study.task == "pareto" else dict.fromkeys(limits)
-        result = _summed_up(study, folder, samples, rows, quantities, held, provenance)
+        result = _summed_up(study, samples, rows, quantities, held, provenance, table)
         write_study(result.table, result.columns, provenance)
         write_text(folder / "summary.json", json.dumps(result.to_dict(), indent=1, ensure_ascii=False) + "\n")
     return result
@@ -202,7 +215,7 @@ def _work(study: Study, source: Source, quantities, samples, pieces: list[Piece]
     return serial(task, ranges) if workers <= 1 else local(task, ranges, workers)
 
 
-def _summed_up(study: Study, folder: Path, samples, rows, quantities, held, provenance) -> StudyResult:
+def _summed_up(study: Study, samples, rows, quantities, held, provenance, table: Path) -> StudyResult:
     columns: dict[str, list[Any]] = {"row": list(range(len(rows)))}
     if study.task == "pareto":
         columns["requirement"], columns["limit"] = (list(part) for part in zip(*plan(study), strict=True))
@@ -222,7 +235,7 @@ def _summed_up(study: Study, folder: Path, samples, rows, quantities, held, prov
     return StudyResult(
         study=study, columns=columns, provenance=provenance, limits=tuple(held), failing=found, failed=failed,
         spreads=tuple(spread_of(q, numbers[q]) for q in quantities), indices=known,
-        table=folder / ("table.csv" if study.output == "csv" else "table.parquet"),
+        table=table,
     )  # fmt: skip
 
 
