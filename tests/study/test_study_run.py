@@ -348,3 +348,71 @@ def test_missing_rows_are_those_between_what_is_kept():
 def test_a_study_that_does_not_fit_its_problem_is_refused(study_file, tmp_path, more, tables, sentence):
     with pytest.raises(InputError, match=sentence):
         run_study(read_study(study_file(8, more, tables)), tmp_path / "out")
+
+
+CLUSTER = """
+from distributed import LocalCluster
+import sys
+if __name__ == "__main__":
+    with LocalCluster(
+        n_workers=int(sys.argv[1]), threads_per_worker=1, dashboard_address=None, memory_limit=0
+    ) as cluster:
+        print(cluster.scheduler_address, flush=True)
+        sys.stdin.read()
+"""
+
+
+@pytest.fixture
+def hosted(tmp_path):
+    """Starts a Dask scheduler and its workers in a process group of its own; (process, address)."""
+    hosts = []
+
+    def start(workers):
+        script = tmp_path / "cluster.py"
+        script.write_text(CLUSTER, encoding="utf-8")
+        host = subprocess.Popen(
+            [sys.executable, str(script), str(workers)], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL, text=True, start_new_session=True,
+        )  # fmt: skip
+        hosts.append(host)
+        return host, host.stdout.readline().strip()
+
+    yield start
+    for host in hosts:
+        host.communicate("")
+
+
+def asked(file, folder, address):
+    """`workbench study` on a cluster, in a process of its own."""
+    words = ["study", str(file), "--out", str(folder), "--scheduler", address]
+    return subprocess.Popen(
+        [sys.executable, "-c", f"from workbench.cli import main; main({words!r})"], stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+
+
+@pytest.mark.slow
+def test_a_scheduler_that_dies_leaves_one_sentence_and_its_rows(study_file, tmp_path, hosted):
+    file = study_file(200, 'quantities = ["margins.disk.lower"]\n')
+    host, address = hosted(1)
+    run = asked(file, tmp_path / "out", address)
+    until_rows(tmp_path / "out", 2, run)
+    os.killpg(host.pid, signal.SIGKILL)
+    said = run.communicate(timeout=60)[1].strip()
+    assert run.returncode == 2
+    assert said.count("\n") == 0
+    assert "must last as long as the study" in said
+    assert "the same command goes on from there" in said
+    assert len(list((tmp_path / "out" / "rows").glob("[0-9]*.json"))) >= 2
+
+
+@pytest.mark.slow
+def test_a_scheduler_without_workers_is_refused_in_a_sentence(study_file, tmp_path, hosted):
+    _, address = hosted(0)
+    begun = time.monotonic()
+    run = asked(study_file(), tmp_path / "out", address)
+    said = run.communicate(timeout=90)[1].strip()
+    assert run.returncode == 2
+    assert said.count("\n") == 0
+    assert "must have workers; it has none after 12 s" in said
+    assert time.monotonic() - begun < 60  # 12 s, and what a loaded machine takes to start

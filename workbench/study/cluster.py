@@ -9,6 +9,7 @@ import logging
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from queue import Empty, SimpleQueue
 from time import monotonic
 
 from workbench.errors import InputError
@@ -18,7 +19,7 @@ from workbench.study.store import Piece
 from workbench.study.task import Task
 
 ANSWER = 10  # [s] for a scheduler to answer
-PATIENCE = 15  # [s] for a first worker, and without any
+PATIENCE = 12  # [s] for a first worker, and without any
 LOOK = 2.0  # [s] between looks at the workers while no rows arrive
 RESUME = "Finished rows are kept: the same command goes on from there, with --scheduler of one that runs, or without."
 
@@ -26,7 +27,7 @@ RESUME = "Finished rows are kept: the same command goes on from there, with --sc
 def cluster(task: Task, ranges: Ranges, address: str) -> Iterator[Piece]:
     """On the workers of a Dask scheduler, which must have this package installed, in the same version."""
     try:
-        from distributed.client import FIRST_COMPLETED, wait
+        import distributed  # noqa: F401
     except ImportError as error:
         raise InputError(
             "a cluster needs the package distributed; install maglev-workbench[cluster], or leave out --scheduler."
@@ -34,26 +35,25 @@ def cluster(task: Task, ranges: Ranges, address: str) -> Iterator[Piece]:
     with _connected(address) as client, _told(address):
         _wait_for_workers(client, address)
         shared = client.scatter(task, broadcast=True)
-        ours, todo = workbench_sha256(), iter(ranges)
-        running: set = set()
+        ours, todo, under_way = workbench_sha256(), iter(ranges), 0
+        finished: SimpleQueue = SimpleQueue()
         seen = monotonic()
         while True:
             room = AHEAD * max(1, sum(client.nthreads().values()))
-            while len(running) < room and (one := next(todo, None)) is not None:
-                running.add(client.submit(_rows, shared, ours, *one, pure=False))
-            if not running:
+            while under_way < room and (one := next(todo, None)) is not None:
+                client.submit(_rows, shared, ours, *one, pure=False).add_done_callback(finished.put)
+                under_way += 1
+            if not under_way:
                 return
             try:
-                done, running = wait(running, timeout=LOOK, return_when=FIRST_COMPLETED)
-            except TimeoutError:
-                if client.nthreads():
-                    seen = monotonic()
-                elif monotonic() - seen > PATIENCE:
+                done = finished.get(timeout=LOOK)
+            except Empty:
+                seen = monotonic() if client.nthreads() else seen
+                if client.status != "running" or monotonic() - seen > PATIENCE:
                     raise _lost(address, "its last worker is gone") from None
-                continue
-            seen = monotonic()
-            for future in done:
-                yield future.result()
+            else:
+                seen, under_way = monotonic(), under_way - 1
+                yield done.result()
 
 
 @contextmanager
@@ -61,9 +61,9 @@ def _connected(address: str):
     """A client of the scheduler, closed without waiting for one that is gone; the library's own complaints unheard."""
     from distributed import Client
 
-    log = logging.getLogger("distributed")
-    level = log.level
-    log.setLevel(logging.CRITICAL + 1)
+    heard = [log for log in _loggers() if not log.disabled]
+    for log in heard:
+        log.disabled = True
     try:
         try:
             client = Client(address, timeout=ANSWER, set_as_default=False)
@@ -79,7 +79,13 @@ def _connected(address: str):
             with suppress(Exception):  # whatever a client of a dead scheduler says when it is closed
                 client.close(timeout=2)
     finally:
-        log.setLevel(level)
+        for log in heard:
+            log.disabled = False
+
+
+def _loggers() -> list[logging.Logger]:
+    known = logging.root.manager.loggerDict.items()
+    return [log for name, log in known if name.startswith("distributed") and isinstance(log, logging.Logger)]
 
 
 @contextmanager
