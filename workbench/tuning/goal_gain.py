@@ -18,6 +18,7 @@ from workbench.tuning.goal_end import first_terms, limit, size_at_end
 from workbench.tuning.goal_peak import Axis, PeakMeasure, Piece
 from workbench.tuning.goal_series import difference, series
 from workbench.tuning.goal_weight import Filter, Profile, ProfileLike, WeightLike, filter_of, profile_of
+from workbench.tuning.peak_ceiling import Ceiling, enclosure, gain_ceiling
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -231,6 +232,10 @@ class GainShape:
             T = Realisation(T.A, T.B, T.C * factor, T.D * factor)
         T = T if self.right is None else series(T, self.right.system)
         return T if self.left is None else series(self.left.system, T)
+
+    def ceiling(self, T: Realisation, late: np.ndarray, end: float | None) -> Ceiling:
+        """Bounds on intervals."""
+        return gain_ceiling(enclosure(T, late, self.minus), self.left, self.right, self.profile, self.power, end)
 
     def corners(self) -> np.ndarray:
         """Of the profile, the filters and the reference."""

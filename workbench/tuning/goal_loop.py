@@ -21,6 +21,7 @@ from workbench.tuning.goal_end import first_terms, limit, size_at_end
 from workbench.tuning.goal_gain import GainShape
 from workbench.tuning.goal_peak import Axis, PeakMeasure, Piece
 from workbench.tuning.goal_weight import Profile, ProfileLike, profile_of
+from workbench.tuning.peak_ceiling import Ceiling, enclosure, loop_ceiling
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -206,6 +207,10 @@ class LoopGainShape:
             powers, _ = first_terms(rest, far=False)
             found[0] = math.inf if powers[0, 0] > 0 else math.nan
         return found[0], found[1]
+
+    def ceiling(self, T: Realisation, late: np.ndarray, end: float | None) -> Ceiling:
+        """Bounds on intervals."""
+        return loop_ceiling(enclosure(T, late), self.profile, self.power, self.scale, end)
 
     def corners(self) -> np.ndarray:
         """Of the profile, and where it passes 1."""

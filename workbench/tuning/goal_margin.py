@@ -19,9 +19,10 @@ from workbench.analysis.realisation import Realisation
 from workbench.errors import InputError
 from workbench.tuning.goal import NEAR, Bound, Goal, Largest, Value, infinite, near, positive, some_names
 from workbench.tuning.goal_gain import GainShape
-from workbench.tuning.goal_mu import gradient, lower
+from workbench.tuning.goal_mu import gradient, lower, scalings
 from workbench.tuning.goal_peak import Axis, PeakMeasure, Piece, Sampled, sampled
 from workbench.tuning.goal_search import local_peaks, seeds
+from workbench.tuning.peak_ceiling import Ceiling, enclosure, mu_ceiling
 
 if TYPE_CHECKING:
     from workbench.tuning.structure import Controller
@@ -101,6 +102,10 @@ class MuShape:
         """It has a value at every frequency."""
         return math.nan, math.nan
 
+    def ceiling(self, T: Realisation, late: np.ndarray, end: float | None) -> Ceiling:
+        """Bounds on intervals, of α σ_max(D (S − I/2) D⁻¹)."""
+        return mu_ceiling(enclosure(T._replace(D=T.D - np.eye(len(T.D)) / 2), late), self.alpha, scalings)
+
     def corners(self) -> np.ndarray:
         """None."""
         return np.zeros(0)
@@ -121,13 +126,9 @@ class DiskMeasure:
         return self.peak.evaluate(K)
 
     def exact(self, K: "Controller") -> Value:
-        """The bracket of `disk_margin`; with dead times or a focus band the lower bound on a dense grid."""
+        """The bracket of `disk_margin`; with dead times or a focus band branch and bound."""
         if self.peak.channel.delayed or not self.peak.full:
-            found = self.peak.exact(K)
-            return Value(
-                value=found.value, frequency=found.frequency, channel=found.channel, reason=found.reason,
-                method=found.method + "; μ from below",
-            )  # fmt: skip
+            return self.peak.exact(K)
         state = sampled(self.peak.channel, K)
         if state.reason:
             return infinite(state.reason)

@@ -63,10 +63,16 @@ def leading(M: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def scaled_size(M: np.ndarray) -> np.ndarray:
-    """σ_max(D M D⁻¹) (k,) with D from three sweeps of balancing: an upper bound of μ."""
+    """σ_max(D M D⁻¹) (k,) with `scalings`: an upper bound of μ."""
+    d = scalings(M)
+    return np.linalg.svd(d[:, :, None] * M / d[:, None, :], compute_uv=False)[:, 0]
+
+
+def scalings(M: np.ndarray) -> np.ndarray:
+    """The diagonal of D (k, m) from three sweeps of balancing."""
     M = M.copy()
     m = M.shape[1]
-    off = ~np.eye(m, dtype=bool)
+    off, scale = ~np.eye(m, dtype=bool), np.ones(M.shape[:2])
     for _ in range(3):
         for i in range(m):
             row = np.sqrt(np.sum(np.abs(M[:, i, off[i]]) ** 2, axis=1))
@@ -75,7 +81,8 @@ def scaled_size(M: np.ndarray) -> np.ndarray:
             d = np.sqrt(np.where(usable, column, 1.0) / np.where(usable, row, 1.0))
             M[:, i, :] *= d[:, None]
             M[:, :, i] /= d[:, None]
-    return np.linalg.svd(M, compute_uv=False)[:, 0]
+            scale[:, i] *= d
+    return scale
 
 
 def lower(M: np.ndarray) -> np.ndarray:

@@ -4,8 +4,8 @@
 
 Continuous channels without dead time are sampled through one Schur form, and where the shape is the largest singular
 value of a rational matrix its Hamiltonian tells whether a peak was missed. Sampled channels are taken to the w plane by
-s = (2/h)(z − 1)/(z + 1), which keeps every response and turns the circle into the axis. With dead times the exact
-response is sampled on a grid made from the poles of its Padé model.
+s = (2/h)(z − 1)/(z + 1), which keeps every response and turns the circle into the axis. What has no Hamiltonian (dead
+times, bands, breakpoints, densities) is steered on a grid made from the poles and judged by branch and bound.
 """
 
 import math
@@ -19,8 +19,10 @@ from workbench.analysis.norm import intervals_above, peak_gain
 from workbench.analysis.realisation import Realisation, balanced, responder
 from workbench.errors import InputError
 from workbench.tuning.goal import FULL_BAND, NEAR, Value, infinite, near, stability_reason
-from workbench.tuning.goal_search import peaks, seeds
+from workbench.tuning.goal_search import local_peaks, peaks, seeds
 from workbench.tuning.loop_count import unstable_poles
+from workbench.tuning.peak_bound import Bracket, bracket, farther
+from workbench.tuning.peak_ceiling import Ceiling, Panels
 
 if TYPE_CHECKING:
     from workbench.tuning.structure import Controller
@@ -33,6 +35,7 @@ BESIDE = 1e-4  # of the first frequency off an end: a limit's gradient there is 
 NO_END = (
     "towards ω = {} the limit vanishes beside the response, or asks for more than any gain; the measure is infinite."
 )
+TELLING = 1e-9  # relative width of a bracket that is to tell which side of 1 a value is on
 
 
 class Shape(Protocol):
@@ -52,6 +55,10 @@ class Shape(Protocol):
 
     def ends(self, T: Realisation, sampled: bool) -> tuple[float, float]:
         """Limits of `size` at ω = 0 and ∞ where it is 0·∞; NaN where it has a value of its own."""
+        ...
+
+    def ceiling(self, T: Realisation, late: np.ndarray, end: float | None) -> Ceiling:
+        """Bounds of `size` on intervals; T with a row for each dead time `late` (N,), in the w plane if sampled."""
         ...
 
     def corners(self) -> np.ndarray:
@@ -219,9 +226,9 @@ class PeakMeasure:
         return Value(value=value, gradients=near(pieces), frequency=found[0][0], channel=label, method=method)
 
     def exact(self, K: "Controller") -> Value:
-        """Certified bracket for rational shapes over all frequencies; else a dense grid, refined."""
+        """A bracket: by the Hamiltonian for rational shapes over all frequencies, else by branch and bound."""
         state = sampled(self.channel, K, judged=True)
-        reason = state.reason or self.shape.refusal(state.system)
+        reason = state.reason or self._refusal(state, K)
         if reason:
             return infinite(reason)
         ends = self._ends(state)
@@ -235,17 +242,62 @@ class PeakMeasure:
             method = "certified bracket, Hamiltonian" + (" in the w plane" if h is not None else "")
             upper, value, near_omega = peak.upper, peak.value, omega
         else:
-            grid = self._grid(state, "dense")
-            omega, value = peaks(self._size(state, ends), grid)[0]
-            upper, near_omega = value, _beside(omega, grid, ends)
-            method = f"grid of {len(grid)} frequencies, refined" + (
-                "; dead times exact" if self.channel.delayed else ""
+            found = self._bracketed(state, K, ends)
+            value, omega, upper = found.value, found.frequency, found.upper
+            near_omega = _beside(omega, self._grid(state, "normal"), ends)
+            method = f"bracket over {found.intervals} intervals of frequency" + (
+                ", dead times exact" if self.channel.delayed else ""
             )
         label = ""
         if math.isfinite(value):
             axis = Axis.of(np.array([near_omega]), h)
             label = next((where for _, _, where in self.shape.pieces(axis, state.response(axis))), "")
         return Value(value=value, frequency=omega, channel=label, method=method, upper=upper)
+
+    def _refusal(self, state: Sampled, K: "Controller") -> str:
+        """Why the measure does not exist, dead times exact."""
+        late_refusal = getattr(self.shape, "late_refusal", None)
+        if late_refusal is None or not self.channel.delayed:
+            return self.shape.refusal(state.system)
+        try:
+            return late_refusal(self.channel.lined_system(K), self.channel.late(K))
+        except InputError as error:
+            return str(error)
+
+    def _bracketed(self, state: Sampled, K: "Controller", ends: tuple[float, float]) -> Bracket:
+        """Branch and bound over the band, in the frequency that filters see, and a bound beyond its last interval."""
+        h = self.channel.sample_time
+        end = None if h is None else math.pi / h
+
+        def true(at: np.ndarray) -> np.ndarray:
+            return at if h is None else 2 / h * np.arctan(at * h / 2)
+
+        def seen(omega: np.ndarray) -> np.ndarray:
+            return omega if h is None else warped(omega, h)
+
+        T, late = state.system, np.zeros(len(state.system.A))
+        if self.channel.delayed:
+            T, late = self.channel.lined_system(K), self.channel.late(K)
+        ceiling = self.shape.ceiling(T, late, end)
+        low, high = seen(np.array(self.band))
+        grid = seeds(state.poles, seen(self.shape.corners()), (float(low), float(high)))
+        endless, grid = math.isinf(high), grid[np.isfinite(grid)]
+        size = self._size(state, ends)
+
+        def size_seen(at: np.ndarray) -> np.ndarray:
+            return size(true(at))
+
+        def above(low: np.ndarray, high: np.ndarray) -> np.ndarray:
+            return ceiling.above(Panels(low, high, true(low), true(high)))
+
+        rest = 0.0
+        if endless:
+            grid, rest = farther(grid, float(late.max(initial=0.0)), local_peaks(size_seen, grid)[0][1],
+                                 lambda start: ceiling.beyond(start, float(true(np.array(start)))))  # fmt: skip
+        found = bracket(size_seen, above, grid, floor=rest)
+        if found.value < 1 < found.upper and rest <= 1:  # the bracket is not to leave open what a closer one tells
+            found = bracket(size_seen, above, grid, TELLING, rest)
+        return found._replace(frequency=float(true(np.array(found.frequency))))
 
     @property
     def full(self) -> bool:
@@ -256,7 +308,8 @@ class PeakMeasure:
     def _ends(self, state: Sampled) -> tuple[float, float]:
         """Limits at ω = 0 and ∞ where the measure has no value of its own; NaN elsewhere and outside the band."""
         near, far = self.shape.ends(state.system, self.channel.sample_time is not None)
-        return near if self.band[0] == 0 else math.nan, far if math.isinf(self.band[1]) else math.nan
+        endless = math.isinf(self.band[1]) and not self.channel.delayed  # a dead time has no value at infinity
+        return near if self.band[0] == 0 else math.nan, far if endless else math.nan
 
     def _size(self, state: Sampled, ends: tuple[float, ...]) -> Callable[[np.ndarray], np.ndarray]:
         def size(omega: np.ndarray) -> np.ndarray:

@@ -23,6 +23,8 @@ from workbench.tuning.goal_peak import Axis, PeakMeasure, Piece
 from workbench.tuning.goal_scattering import SectorMeasure
 from workbench.tuning.goal_series import series
 from workbench.tuning.goal_weight import Filter, WeightLike, filter_of
+from workbench.tuning.loop_count import unstable_poles
+from workbench.tuning.peak_ceiling import Ceiling, enclosure, sector_ceiling
 
 WELL_CONDITIONED = 1e8  # of W₂'H(∞), so that its inverse is proper with eight digits left
 FAST_ZERO = 1e8  # relative to ‖A‖: zeros beyond stand for infinity
@@ -251,6 +253,10 @@ class SectorShape:
         """It has a value at every frequency."""
         return math.nan, math.nan
 
+    def ceiling(self, T: Realisation, late: np.ndarray, end: float | None) -> Ceiling:
+        """Bounds on intervals."""
+        return sector_ceiling(enclosure(T, late), self.left, self.right, self.above, self.below, self.outputs)
+
     def corners(self) -> np.ndarray:
         """Of the filters."""
         parts = [np.abs(part.poles()) for part in (self.left, self.right) if part is not None]
@@ -268,6 +274,21 @@ class SectorShape:
                 f"{abs(worst.imag):.4g}j on the right, so the index means nothing."
             )
         return ""
+
+    def late_refusal(self, T: Realisation, late: np.ndarray) -> str:
+        """The same with dead times, zeros of W₂'H counted as the poles of its inverse."""
+        if self.convex:
+            return ""
+        X = self._system(T)
+        before, after = (0 if part is None else len(part.system.A) for part in (self.right, self.left))
+        P2, U2 = self.below[:, : self.outputs], self.below[:, self.outputs :]
+        direct = P2 @ X.D + U2
+        if direct.shape[0] != direct.shape[1] or np.linalg.cond(direct) > WELL_CONDITIONED:
+            return "zeros of W₂'H with dead times are counted only where W₂'H(∞) has an inverse; choose another sector."
+        inverse = X.A - X.B @ np.linalg.solve(direct, P2 @ X.C)
+        count = unstable_poles(inverse, np.r_[np.zeros(before), late, np.zeros(after)])
+        side = "the channel is on the far side of the sector: W₂'H has zeros on the right, so the index means nothing."
+        return side if count else ""
 
     def _zeros(self, X: Realisation) -> np.ndarray:
         from scipy.linalg import eigvals

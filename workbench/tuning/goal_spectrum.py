@@ -23,6 +23,7 @@ from workbench.tuning.goal_gain import check_signals
 from workbench.tuning.goal_peak import Axis, PeakMeasure, Piece, sampled
 from workbench.tuning.goal_search import seeds
 from workbench.tuning.goal_weight import Profile, ProfileLike, profile_of
+from workbench.tuning.peak_ceiling import Ceiling, density_ceiling, enclosure
 
 if TYPE_CHECKING:
     from workbench.tuning.structure import Controller
@@ -178,6 +179,10 @@ class DensityShape:
                 limits = limit(*first_terms(T, far=far), power - mask_power, weight, far=far)
                 found[k] = float(np.linalg.norm(limits, axis=1).max())
         return found[0], found[1]
+
+    def ceiling(self, T: Realisation, late: np.ndarray, end: float | None) -> Ceiling:
+        """Bounds on intervals."""
+        return density_ceiling(enclosure(T, late), self.densities, self.mask, self.unit, end)
 
     def corners(self) -> np.ndarray:
         """Of the densities and the mask."""

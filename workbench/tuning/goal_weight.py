@@ -86,7 +86,7 @@ class Profile:
         return np.where(finite, self._rational(np.where(finite, omega, 1.0)), end)
 
     def _rational(self, omega: np.ndarray) -> np.ndarray:
-        zeros, poles = self._roots()
+        zeros, poles = self.roots()
         if not self.states or self.forward is None:
             size = np.full(len(omega), abs(self.factor))
             with np.errstate(divide="ignore", over="ignore"):
@@ -112,7 +112,7 @@ class Profile:
             return 0, self.constant
         if self.breakpoints is not None:
             return 0, float(self.breakpoints[-1 if far else 0, 1])
-        zeros, poles = self._roots()
+        zeros, poles = self.roots()
         power = int(np.sum(zeros == 0) - np.sum(poles == 0))
         if self.states and self.forward is not None:
             if far:
@@ -139,9 +139,10 @@ class Profile:
             return self.breakpoints[:, 0]
         if self.constant is not None:
             return np.zeros(0)
-        return np.abs(np.concatenate(self._roots()))
+        return np.abs(np.concatenate(self.roots()))
 
-    def _roots(self) -> tuple[np.ndarray, np.ndarray]:
+    def roots(self) -> tuple[np.ndarray, np.ndarray]:
+        """Zeros and poles of a transfer function."""
         if self.zeros is None or self.poles is None:
             raise TypeError("a profile must have a constant, breakpoints or roots")  # a defect of ours
         return self.zeros, self.poles
