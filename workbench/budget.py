@@ -1,9 +1,15 @@
 """How long a piece of work may take: a budget in seconds of the wall's clock, checked once, kept by everybody below.
 
-budget_seconds --Deadline.after--> Deadline --share, remaining, expired--> whoever has something to spend
+    budget_seconds --Deadline.after--> Deadline --share, remaining, expired--> whoever has something to spend
+                                          `------- keeping(deadline): heed() ---> whoever works below, however deep
+
+Without a budget the time never ends.
 """
 
 import math
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass
 from time import monotonic
 
@@ -37,7 +43,7 @@ def checked_budget(seconds: float, name: str = "budget_seconds") -> float:
 class Deadline:
     """The moment at which work must be over. It may travel to another process of this machine: their clock is one.
 
-    budget : of the whole [s], infinite where none was given;  end : on `time.monotonic` [s]
+    budget : of all the work [s], infinite where none was given;  end : on `time.monotonic` [s]
     """
 
     budget: float
@@ -66,9 +72,8 @@ class Deadline:
         return monotonic() >= self.end
 
     def share(self, part: float) -> "Deadline":
-        """An earlier deadline, after a part of what is left now."""
-        left = part * self.remaining
-        return Deadline(left, monotonic() + left)
+        """An earlier deadline of the same budget, after a part of what is left now."""
+        return Deadline(self.budget, monotonic() + part * self.remaining)
 
     def check(self, work: str) -> None:
         """Raises BudgetEnded where the time is over; `work` names what was under way."""
@@ -77,3 +82,33 @@ class Deadline:
                 f"the budget of {self.budget:.4g} s must suffice for {work}; it ended before. "
                 "Give more with --budget-seconds."
             )
+
+
+NEVER = Deadline.after(None)
+_current: ContextVar[Deadline] = ContextVar("deadline", default=NEVER)
+
+
+@contextmanager
+def keeping(deadline: Deadline) -> Iterator[None]:
+    """Makes everything inside the block heed a deadline; an earlier one that is kept already stays."""
+    before = _current.get()
+    token = _current.set(deadline if deadline.end < before.end else before)
+    try:
+        yield
+    finally:
+        _current.reset(token)
+
+
+def keep_for_ever(deadline: Deadline) -> None:
+    """The same for the rest of a process, such as a worker's."""
+    _current.set(deadline)
+
+
+def current() -> Deadline:
+    """The deadline that is kept here; `NEVER` without one."""
+    return _current.get()
+
+
+def heed(work: str) -> None:
+    """What long work calls at every step of it: raises BudgetEnded where the time that is kept here is over."""
+    _current.get().check(work)

@@ -48,7 +48,7 @@ def _explained(error: BaseException) -> int:
     from workbench.supervision import LATE, Late
 
     if isinstance(error, KeyboardInterrupt) or interrupts.received():  # a library may have made something else of it
-        return _complain(f"{interrupts.word()}; what was finished is kept.", 130)
+        return _complain(f"{interrupts.word()}; nothing half-written is left.", 130)
     if isinstance(error, Late):
         return LATE
     if isinstance(error, InputError):

@@ -11,19 +11,23 @@ import os
 import signal
 import sys
 import threading
+import time
+from collections.abc import Callable
 from contextlib import suppress
 from time import monotonic
-from typing import NoReturn
+from typing import NoReturn, TypeVar
 
 from workbench.budget import Deadline
 from workbench.errors import BudgetEnded
 
-BEGUN = monotonic()  # of the process, nearly: the command line imports this first
+T = TypeVar("T")
+
 GRACE = 0.1, 0.2  # what a command may take beyond its budget: this part of it, and this much at least [s]
-RAISED, KILLED = 0.3, 0.6  # of the grace; the rest is for ending a process on a busy machine
+RAISED, KILLED = 0.2, 0.5  # of the grace; the rest is for ending a process on a busy machine
 PASSED_ON = {signal.SIGINT, signal.SIGTERM}
 LONGEST_WAIT = 1e6  # [s] that the system takes
 
+QUIET = "ignore:resource_tracker:UserWarning"  # a killed pool's semaphores are cleared away, and told of
 LATE = 124  # exit code of a child that was late; its parent says so and leaves with 1
 
 _permitted = _divided = False
@@ -50,9 +54,10 @@ def supervised(seconds: float | None, work: str) -> Deadline:
     """
     if seconds is None:
         return Deadline.after(None)
-    deadline = Deadline.after(seconds, "--budget-seconds").since(BEGUN if _permitted else monotonic())
+    deadline = Deadline.after(seconds, "--budget-seconds")
     if not _permitted:
         return deadline
+    deadline = deadline.since(_begun())
     signal.pthread_sigmask(signal.SIG_BLOCK, {*PASSED_ON, signal.SIGCHLD})
     lifeline, held = os.pipe()
     child = os.fork()
@@ -61,6 +66,7 @@ def supervised(seconds: float | None, work: str) -> Deadline:
         os._exit(_guarded(child, deadline, work))
     global _divided
     _divided = True
+    os.environ["PYTHONWARNINGS"] = QUIET
     os.close(held)
     threading.Thread(target=_end_with, args=(lifeline,), daemon=True).start()
     _raise_when_late(deadline, work)
@@ -79,9 +85,35 @@ def leave(code: int) -> NoReturn:
 
 
 def finishing() -> None:
-    """Says that the answer is there and only has to be written: too late to raise BudgetEnded."""
-    if _permitted:
+    """Says that the answer is there and only has to be written: too late to raise Late."""
+    if _divided:
         signal.setitimer(signal.ITIMER_REAL, 0.0)
+
+
+def attempted(extra: Callable[[], T], otherwise: T, deadline: Deadline) -> tuple[T, bool]:
+    """What a part of a command gives that it can do without, and whether it ended before its own deadline."""
+    if deadline.expired:
+        return otherwise, False
+    if not _divided:
+        return extra(), True
+    before = signal.setitimer(signal.ITIMER_REAL, min(max(deadline.remaining, 1e-3), LONGEST_WAIT))[0] + monotonic()
+    try:
+        return extra(), True
+    except BudgetEnded:
+        return otherwise, False
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, max(before - monotonic(), 1e-3))
+
+
+def _begun() -> float:
+    """When this process began, on `time.monotonic`, to a hundredth of a second: Python has started since."""
+    try:
+        with open("/proc/self/stat", encoding="utf-8") as file:
+            ticks = int(file.read().rpartition(")")[2].split()[19])  # after the boot, field 22 of proc(5)
+    except (OSError, ValueError, IndexError):
+        return monotonic()
+    age = time.clock_gettime(time.CLOCK_BOOTTIME) - ticks / os.sysconf("SC_CLK_TCK")
+    return monotonic() - max(age, 0.0)
 
 
 def _raise_when_late(deadline: Deadline, work: str) -> None:

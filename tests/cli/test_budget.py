@@ -21,7 +21,7 @@ def test_a_deadline_counts_down_and_is_over_at_its_end(monkeypatch):
     monkeypatch.setattr(budget, "monotonic", lambda: now[0])
     whole = Deadline.after(8)
     half = whole.share(0.5)
-    assert (whole.budget, whole.remaining, half.remaining, half.budget) == (8.0, 8.0, 4.0, 4.0)
+    assert (whole.budget, whole.remaining, half.remaining, half.budget) == (8.0, 8.0, 4.0, 8.0)
     now[0] = 1004.0
     assert half.expired
     assert (half.remaining, whole.remaining, whole.expired) == (0.0, 4.0, False)

@@ -41,7 +41,7 @@ def raising(monkeypatch, error: BaseException):
         (InputError("x must be y"), 2, "x must be y\n"),
         (InfeasibleError("not met"), 1, "not met\n"),
         (BudgetEnded("too short"), 1, "too short\n"),
-        (KeyboardInterrupt(), 130, "interrupted; what was finished is kept.\n"),
+        (KeyboardInterrupt(), 130, "interrupted; nothing half-written is left.\n"),
         (OSError(28, "No space left on device", "/x"), 2, "/x must be usable; the system says: No space left"),
         (InputError("a\x1b[8m\u202eb\nc"), 2, "a\\x1b[8m\\u202eb c\n"),
     ],

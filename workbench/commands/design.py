@@ -1,12 +1,13 @@
 """`workbench design`: gains that meet a problem's requirements, verified, with table and report."""
 
+import math
 import os
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from workbench.commands.analyse import Name, Speed
+from workbench.commands.analyse import Budget, Name, Speed
 from workbench.commands.problems import Json
 
 TRADE_OFF = (1.4, 1.2, 1.0, 0.95, 0.9)  # multiples of the wanted peak sensitivity
@@ -38,6 +39,7 @@ def design(
             "±10 %, gap force ±8 %) and at every speed of a schedule, for the gain table."
         ),
     ] = True,
+    budget_seconds: Budget = None,
     json: Json = False,
 ) -> None:
     """Optimises, verifies, writes the gain table and the report.
@@ -45,8 +47,16 @@ def design(
     A problem with a [schedule] gets gains that are polynomials of the speed, checked over its whole range; its
     requirements hold at cruise. With --speed, or --robust, one set of gains for one speed instead. A tuning problem
     (kind = "tuning") takes --solver slsqp or restriction.
+
+    With --budget-seconds, or interrupted, it keeps the best design that is verified by then, if there is one; trade-off
+    and proofs over boxes are left out where they would take too long.
     """
-    from workbench.commands.output import emit_json, emit_rows, emit_table, progress, say
+    from workbench.supervision import attempted, finishing, supervised
+
+    deadline = supervised(budget_seconds, "the design")
+
+    from workbench.budget import keeping
+    from workbench.commands.output import emit_json, emit_rows, emit_table, progress, say, tell
     from workbench.commands.tuning_design import design_tuning
     from workbench.design.design import design as solve
     from workbench.design.robustness import robustness
@@ -56,6 +66,7 @@ def design(
     from workbench.export.report_schedule import with_schedule
     from workbench.export.table import signed, table_from_design, table_json
     from workbench.export.table_schema import SchedulePart
+    from workbench.interrupts import received, word
     from workbench.result import figure
     from workbench.vehicle import varied
     from workbench.writing import check_folder, write_text
@@ -64,7 +75,7 @@ def design(
     if plant_alone is not None:
         if fix or speed is not None or robust:
             raise InputError(f"{problem!r} has no vehicle; --fix, --speed and --robust are not for it. Leave them out.")
-        return design_tuning(plant_alone, out, solver=solver, json=json)
+        return design_tuning(plant_alone, out, solver=solver, json=json, deadline=deadline)
     loaded = load_problem(problem, speed=speed).with_fixed(parse_fixed(fix))
     if robust is None and speed is None:
         loaded.check_one_way(
@@ -75,29 +86,44 @@ def design(
     with progress(json) as show:
         step = show("starts", starts)
         options = {"starts": starts, "seed": seed, "solver": solver, "workers": os.cpu_count() or 1}
-        if robust or (robust is None and loaded.variation is not None):
-            borne = _robust(loaded, options, lambda s: step(f"cost {s.cost:.4g}"), show)
-            result = borne.design
-        elif loaded.plan is not None and speed is None:
-            scheduled = _scheduled(loaded, options, lambda s: step(f"cost {s.cost:.4g}"), show)
-            result = scheduled.cruise
-        else:
-            result = solve(loaded, **options, on_start=lambda s: step(f"cost {s.cost:.4g}"))
+        solving = _time_to_solve(deadline)
+        with keeping(solving):
+            if robust or (robust is None and loaded.variation is not None):
+                borne = _robust(loaded, options, lambda s: step(f"cost {s.cost:.4g}"), show)
+                result = borne.design
+            elif loaded.plan is not None and speed is None:
+                scheduled = _scheduled(loaded, options, lambda s: step(f"cost {s.cost:.4g}"), show)
+                result = scheduled.cruise
+            else:
+                result = solve(loaded, **options, on_start=lambda s: step(f"cost {s.cost:.4g}"))
         cases = robustness(loaded, result.gains, varied)
-        swept = trade_off and borne is None and scheduled is None
-        curve = _curve(loaded, result.gains, options, show) if swept else None
+        left_out = []
+        extras = _time_for_extras(deadline)
+        curve = None
+        if trade_off and borne is None and scheduled is None:
+            curve, whole = attempted(lambda: _curve(loaded, result.gains, options, show), None, extras)
+            left_out += [] if whole else ["the trade-off"]
         kept = {c.name: c.to_dict() for c in cases}
         more = {} if borne is None else {f"worst {w.verdict.name} of many models": _worst(w) for w in borne.worst}
         table = table_from_design(result, robustness=kept | more)
         if scheduled is not None:
             table = table.model_copy(update={"schedule": SchedulePart(**scheduled.schedule.to_dict())})
-        table = _proved(signed(table), loaded, show) if boxes else signed(table)
+        plain = table = signed(table)
+        if boxes:
+            table, whole = attempted(lambda: _proved(plain, loaded, show), plain, _time_for_extras(deadline))
+            left_out += [] if whole else ["proofs over boxes"]
     evidence = scheduled or borne or result
     page = report_html(result, trade_off=curve, robustness=kept | more, table=table)
     page = page if scheduled is None else with_schedule(page, scheduled)
     path, report = out / "gains.json", out / "report.html"
+    finishing()
     write_text(report, page)  # both are complete before either is written
     write_text(path, table_json(table))
+    if len(result.starts) < starts or solving.expired:
+        why = "the budget ended" if received() is None else word()
+        tell(f"{why} after {len(result.starts)} of {starts} starts; {path} holds the best design verified by then.")
+    if left_out:
+        tell(f"left out for want of time: {', '.join(left_out)}.")
     if json:
         places = {"table": str(path), "report": str(report)}
         emit_json({**evidence.to_dict(), "robustness": [c.to_dict() for c in cases], **places})
@@ -122,6 +148,21 @@ def design(
     if boxes:
         _print_boxes(table)
     say(f"gain table  {path}\nreport      {report}")
+
+
+def _time_to_solve(deadline):
+    """The part of a budget for finding gains: the rest is for table and report, thrice what starting has taken."""
+    left = max(deadline.remaining, 1e-9)
+    started_in = 0.0 if math.isinf(left) else deadline.budget - left
+    return deadline.share(min(max(1 - 3 * started_in / left, 0.5), 0.7))
+
+
+def _time_for_extras(deadline):
+    """Until when something may be done that can be left out; nothing at all after an interrupt."""
+    from workbench.budget import Deadline
+    from workbench.interrupts import received
+
+    return Deadline(0.0, 0.0) if received() else deadline.share(0.4)
 
 
 def _robust(problem, options, on_start, show):

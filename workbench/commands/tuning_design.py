@@ -2,10 +2,11 @@
 
 from pathlib import Path
 
+SOLVING = 0.7  # of a budget's rest; the best gains seen by then are judged
 MOST_STEPS = 25  # of either solver, for the progress bar
 
 
-def design_tuning(folder: Path, out: Path, *, solver: str, json: bool) -> None:
+def design_tuning(folder: Path, out: Path, *, solver: str, json: bool, deadline) -> None:
     """Tunes, judges the rounded gains at every frequency, writes the table; refuses gains that miss a limit."""
     import hashlib
     from dataclasses import replace
@@ -21,6 +22,7 @@ def design_tuning(folder: Path, out: Path, *, solver: str, json: bool) -> None:
     from workbench.export.tuning_problem import load_tuning_problem
     from workbench.export.tuning_table import DIGITS, requirements, tuning_table
     from workbench.result import figure
+    from workbench.supervision import finishing
     from workbench.writing import check_folder, write_text
 
     solvers = {"slsqp": smooth_tuning, "restriction": restriction}
@@ -29,9 +31,10 @@ def design_tuning(folder: Path, out: Path, *, solver: str, json: bool) -> None:
     problem = load_tuning_problem(folder)
     check_folder(out)
     begin = perf_counter()
+    seconds = min(60.0, SOLVING * deadline.remaining)
     with progress(json) as show:
         step = show("steps", MOST_STEPS)
-        found = solvers[solver](problem, on_progress=lambda _, value: step(f"objective {value:.5g}"))
+        found = solvers[solver](problem, seconds=seconds, on_progress=lambda _, value: step(f"objective {value:.5g}"))
     rounded = [float(f"{value:.{DIGITS}g}") for value in found.gains.values()]
     kept = verified(
         problem, rounded, history=found.history, solves=found.solves, frequencies=found.frequencies,
@@ -54,6 +57,7 @@ def design_tuning(folder: Path, out: Path, *, solver: str, json: bool) -> None:
     sha256 = hashlib.sha256((folder / "data.toml").read_bytes()).hexdigest()
     table = tuning_table(problem, replace(kept, history=()), sha256, created)
     path = out / "gains.json"
+    finishing()
     write_text(path, dumps(table, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
     if json:
         emit_json({**table, "seconds": kept.seconds, "table": str(path)})

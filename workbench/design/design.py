@@ -5,13 +5,14 @@
 When none does: which requirement binds, where, and by how much it misses.
 """
 
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import ExitStack
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from workbench.analysis.analysis import Analysis, analyse
+from workbench.budget import NEVER, Deadline, current, keeping
 from workbench.control import Gains
 from workbench.control.gains import GAIN_NAMES
 from workbench.design.problem import Problem
@@ -20,7 +21,7 @@ from workbench.design.requirement import Verdict
 from workbench.design.solve import Outcome, finish, least_violation, relaxed, stable_start
 from workbench.design.steering import Programme
 from workbench.design.verdict import verdicts
-from workbench.errors import InputError
+from workbench.errors import BudgetEnded, InputError
 from workbench.result import Result, Row
 from workbench.threads import one_thread
 
@@ -38,6 +39,9 @@ MIRRORED = ("K_hp", "K_hpdot", "K_yddot", "K_ydot", "K_yaw")
 SPREADS = (0.3, 1.0, 3.0)  # of random starts around the centre, in typical sizes, in turn
 SAME_COST = 1e-3  # relative; starts that end closer are taken for one valley
 NEARLY = 0.02  # relative violation that a start may end with, since it is ended coarsely
+CUT_SHORT = KeyboardInterrupt, BudgetEnded  # what was verified by then is kept
+ALL_STARTS, FEW_STARTS = 0.4, 0.8  # of the time left, after which no start is awaited; if none has ended yet
+WIND_UP = 5.0  # [s] for making something of the starts that had ended before an interrupt
 FINISHED = 3  # distinct valleys brought to the wanted sensitivity
 
 # Where random starts are centred: the report's gains with K_heave = K_sway = 1, the lateral filters shortened to 0.2 s,
@@ -171,7 +175,8 @@ def design(
         warm = [programme.start(gains) for gains in ([start] if start else []) + list(near)]
         outcomes, log = relaxed_starts(problem, jobs, workers, on_start)
         candidates = [*(o.x for o in distinct(outcomes)[:FINISHED]), *warm]
-        return finished(problem, programme, candidates, tuple(log), seed, solver)
+        with keeping(time_after(len(log) == len(jobs))):
+            return finished(problem, programme, candidates, tuple(log), seed, solver)
 
 
 def refine(problem: Problem, start: Gains, *, solver: str = "slsqp") -> Design:
@@ -189,16 +194,27 @@ def finished(
 ) -> Design:
     """Candidates brought to the wanted limits; the cheapest gains that meet everything, the candidates' own included.
 
-    Where nothing does: the points of least violation are looked at as well, and the nearest says what binds.
+    Where nothing does: the points of least violation are looked at as well, and the nearest says what binds. Where an
+    interrupt or the end of a budget comes first: the cheapest that is verified by then.
     """
-    ended = [finish(programme, x, solver=solver) for x in candidates]
-    looked_at = [_as_they_are(problem, programme, x) for x in candidates]
-    looked_at += [_verified(problem, programme, outcome, solver) for outcome in ended]
-    best = _cheapest(looked_at)
-    if best is None:
-        nearest = [least_violation(programme, x).x for x in [*candidates, *(o.x for o in ended)]]
-        looked_at += [_as_they_are(problem, programme, x) for x in nearest]
+    looked_at: list[_Judged] = []
+    ended: list[Outcome] = []
+    try:
+        for x in candidates:
+            ended.append(finish(programme, x, solver=solver))
+        looked_at += [_as_they_are(problem, programme, x) for x in candidates]
+        for outcome in ended:
+            looked_at.append(_verified(problem, programme, outcome, solver))
         best = _cheapest(looked_at)
+        if best is None:
+            nearest = [least_violation(programme, x).x for x in [*candidates, *(o.x for o in ended)]]
+            looked_at += [_as_they_are(problem, programme, x) for x in nearest]
+            best = _cheapest(looked_at)
+    except CUT_SHORT:
+        looked_at += [_judged(problem, rounded(programme.gains(o.x)), o.binding) for o in ended]
+        best = _cheapest(looked_at)
+        if best is None:
+            raise
     if best is None:
         raise refusal(problem.name, [(judged.analysis, judged.requirements) for judged in looked_at])
     return Design(
@@ -222,28 +238,53 @@ def jobs_of(problem: Problem, starts: int, seed: int, solver: str, start: Gains 
 
 
 def relaxed_starts(problem: Problem, jobs, workers: int, on_start) -> tuple[list[Outcome], list[Start]]:
-    """Every start with the sensitivity relaxed; an interrupt keeps what was finished, if anything was."""
-    outcomes: list[Outcome] = []
-    log: list[Start] = []
+    """Every start with the sensitivity relaxed; an interrupt or a budget leaves those that ended, if any did."""
+    found: dict[int, Outcome] = {}
+    whole = current()
+    few = whole.share(FEW_STARTS)  # by when one start must have ended
+    enough = whole.share(ALL_STARTS)
+    each = _side_by_side if workers > 1 and len(jobs) > 1 else _in_turn
     try:
-        with ExitStack() as stack:
-            if workers > 1 and len(jobs) > 1:
-                from workbench.workers import pool
-
-                results = stack.enter_context(pool(min(workers, len(jobs)), _prepare, _bare(problem))).map(
-                    _run_prepared, jobs
-                )
-            else:
-                results = map(_Runner(problem), jobs)
-            for number, outcome in enumerate(results):
-                outcomes.append(outcome)
-                log.append(_entry(number, outcome))
-                if on_start:
-                    on_start(log[-1])
-    except KeyboardInterrupt:
-        if not outcomes:
+        for number, outcome in each(problem, jobs, workers, lambda: enough if found else few):
+            found[number] = outcome
+            if on_start:
+                on_start(_entry(number, outcome))
+    except CUT_SHORT:
+        if not found:
             raise
-    return outcomes, log
+    order = sorted(found)
+    return [found[k] for k in order], [_entry(k, found[k]) for k in order]
+
+
+def time_after(all_ended: bool) -> Deadline:
+    """What is left after the starts: the budget's rest, or a moment where an interrupt cut them short."""
+    return current() if all_ended or current() is not NEVER else Deadline.after(WIND_UP)
+
+
+def _in_turn(problem: Problem, jobs, workers: int, until) -> Iterator[tuple[int, Outcome]]:
+    """Numbers and outcomes of the starts, in this process."""
+    run = _Runner(problem)
+    for number, job in enumerate(jobs):
+        with keeping(until()):
+            outcome = run(job)
+        yield number, outcome
+
+
+def _side_by_side(problem: Problem, jobs, workers: int, until) -> Iterator[tuple[int, Outcome]]:
+    """The same, in processes of this machine, in the order in which they end."""
+    from concurrent.futures import FIRST_COMPLETED, wait
+
+    from workbench.workers import pool
+
+    with pool(min(workers, len(jobs)), _prepare, _bare(problem)) as executor:
+        waiting = {executor.submit(_run_prepared, job): number for number, job in enumerate(jobs)}
+        while waiting:
+            left = until().remaining
+            done, _ = wait(waiting, None if math.isinf(left) else left, FIRST_COMPLETED)
+            if not done:
+                until().check("the starts of a design")
+            for future in sorted(done, key=waiting.__getitem__):
+                yield waiting.pop(future), future.result()
 
 
 class _Runner:

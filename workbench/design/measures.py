@@ -18,6 +18,7 @@ import numpy as np
 from workbench.analysis.response import exciting_types, point_acceleration, spectrum_of
 from workbench.analysis.ride import weight
 from workbench.analysis.setting import Setting
+from workbench.budget import heed
 from workbench.compiled import Buffered
 from workbench.control.gains import GAIN_NAMES
 from workbench.control.law import VERTICAL_CHANNELS
@@ -151,6 +152,7 @@ class GroupMeasures:
 
     def responses(self, theta: np.ndarray) -> Responses:
         """Mean squares, sensitivities and densities."""
+        heed("a design")
         value, jacobian = self._evaluate(theta, self._kernel)
         square = np.einsum("ck,kc->c", self.quadrature, value[:, :-1])
         slope = np.einsum("ck,kcj->cj", self.quadrature, jacobian[:, :-1])
@@ -166,6 +168,7 @@ class GroupMeasures:
 
     def state_matrix(self, theta: np.ndarray) -> np.ndarray:
         """State matrix of the group's closed loop."""
+        heed("a design")
         return self._matrix(theta)[0]
 
     def eigenvalues(self, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

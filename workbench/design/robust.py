@@ -14,9 +14,11 @@ from time import monotonic
 import numpy as np
 
 from workbench.analysis.analysis import analyse
+from workbench.budget import keeping
 from workbench.control import Gains
 from workbench.design.design import (
     BACK_OFFS,
+    CUT_SHORT,
     FINISHED,
     Design,
     Start,
@@ -25,6 +27,7 @@ from workbench.design.design import (
     jobs_of,
     relaxed_starts,
     rounded,
+    time_after,
 )
 from workbench.design.family import Family, SharedChart
 from workbench.design.model import Model, Variation, sentence
@@ -42,6 +45,7 @@ from workbench.threads import one_thread
 
 BACK_OFF = BACK_OFFS[1]  # relative distance kept from every limit: what a model between two of the set may exceed
 ROUNDS = 12
+NOMINAL_SHARE = 0.3  # of a budget's rest, for what the nominal vehicle alone would cost
 HOMOTOPY = (1.5, 1.2, 1.0)
 
 
@@ -115,17 +119,24 @@ def robust_design(
         if start is None:
             outcomes, log = relaxed_starts(problem, jobs_of(problem, starts, seed, solver, None), workers, on_start)
             candidates = [o.x for o in distinct(outcomes)[:FINISHED]]
-            nominal = _nominal_cost(problem, candidates, log, seed, solver)
+            all_ended = len(log) == starts
+            with keeping(time_after(all_ended).share(NOMINAL_SHARE)):
+                nominal = _nominal_cost(problem, candidates, log, seed, solver)
         else:
-            candidates, log, nominal = [programme.start(start)], [], None
+            candidates, log, nominal, all_ended = [programme.start(start)], [], None, True
         chart = SharedChart(programme, [np.ones(17)])
         family = Family(programme, (), chart, cost=variation.cost, back_off=BACK_OFF)
         for name, values in variation.models.items():
             _add(family, chart, search.model(values, name))
         exchange = _Exchange(family, chart, search, on_round, began + time_budget)
         best = None if start is None else exchange.as_it_is(candidates[0])
-        for x in candidates:
-            best = exchange.improved(x, best)
+        try:
+            with keeping(time_after(all_ended)):
+                for x in candidates:
+                    best = exchange.improved(x, best)
+        except CUT_SHORT:
+            if best is None:
+                raise
         if best is None:
             raise exchange.refusal()
         gains, outcome, worst = best

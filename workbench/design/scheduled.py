@@ -15,6 +15,7 @@ from time import monotonic
 import numpy as np
 
 from workbench.analysis.analysis import analyse
+from workbench.budget import current, heed, keeping
 from workbench.control import GAIN_NAMES
 from workbench.control.schedule import Schedule
 from workbench.design.design import Design, Start, design
@@ -33,6 +34,7 @@ from workbench.threads import one_thread
 
 BACK_OFF = 5e-3  # relative distance kept from every limit while tuning: a smooth curve passes between its points
 ROUNDS = 8  # of exchange; each adds the worst speed of every stretch that fails
+CRUISE_SHARE = 0.5  # of a budget, for the design at the problem's own speed
 FIRST_LOOK = 4  # every fourth speed of the dense check; all of them once these hold
 # Share of the way from cruise to every speed, and multiples of the allowed peak sensitivity solved in turn there:
 # constant gains are unstable at the far end, and a solver that starts there need not come back.
@@ -183,7 +185,8 @@ def schedule_design(
     if plants is None:
         with one_thread():
             plants = plant_family(problem, plan.range)
-    first = cruise or design(problem, starts=starts, seed=seed, solver=solver, workers=workers, on_start=on_start)
+    with keeping(current().share(CRUISE_SHARE)):
+        first = cruise or design(problem, starts=starts, seed=seed, solver=solver, workers=workers, on_start=on_start)
     with one_thread():
         return _exchanged(problem, plan, plants, first, on_round, began, time_budget)
 
@@ -246,6 +249,7 @@ def dense_check(plants: PlantFamily, schedule: Schedule, plan: Plan, *, every: i
     speeds = plan.speeds[::every]
     values = np.full((len(plan.requirements), len(speeds)), np.nan)
     for k, speed in enumerate(speeds):
+        heed("the check of a schedule")
         one = replace(plants.problem_at(float(speed)), requirements=plan.requirements)
         for i, v in enumerate(margin_verdicts(one, schedule.gains_at(float(speed)))):
             values[i, k] = np.nan if v.value is None else v.value

@@ -16,6 +16,7 @@ import casadi as ca
 import numpy as np
 
 from workbench.analysis.setting import Setting
+from workbench.budget import heed
 from workbench.design.problem import Problem
 from workbench.errors import InputError
 from workbench.result import Result, Row
@@ -193,6 +194,7 @@ def plant_family(
     """The plant at any speed of a range, from exact ones at Chebyshev nodes in the logarithm of the speed."""
 
     def exact(u: float) -> dict[str, np.ndarray]:
+        heed("the plants of a schedule")
         speed = float(np.clip(np.exp(middle + u * half), low, high))
         plant = problem.at({"speed_m_s": speed}).setting.plant
         if on_node:

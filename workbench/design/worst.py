@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.analysis.analysis import analyse
+from workbench.budget import heed
 from workbench.control import Gains
 from workbench.design.model import SENSORS, STABILITY, Box, Model, Variation, model_of, sentence
 from workbench.design.problem import Problem
@@ -56,6 +57,7 @@ class Search:
 
     def verdicts(self, values: Mapping[str, float], gains: Gains) -> tuple[Verdict, ...]:
         """Exact verdicts on one model."""
+        heed("a search for the worst model")
         return judged_model(self.model(values), gains)
 
     def shortfalls(self, each: Sequence[Mapping[str, float]], gains: Gains) -> np.ndarray:
