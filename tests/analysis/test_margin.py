@@ -283,3 +283,15 @@ def test_a_channel_that_is_not_there_is_refused():
 def test_patterns_that_are_not_orthonormal_are_refused():
     with pytest.raises(InputError, match="pattern 'heave' must have orthonormal columns of length 2"):
         peak_sensitivity(*sensitivity(*heave_pitch()), {"heave": np.ones((2, 1))})
+
+
+def test_a_loop_gain_of_exactly_one_at_rest_has_no_crossing_and_bears_any_dead_time():
+    for unit in (1e-6, 1.0, 1e6):
+        A, B, C = np.array([[-1.0 / unit]]), np.array([[1.0 / unit]]), np.eye(1)
+        found = margins(*sensitivity(A, B, C)).channels[0]
+        assert found.delay == math.inf
+        assert found.phase == math.inf
+        # 1.0001/(s + 1): |L| = 1 at √(1.0001² − 1)
+        omega = math.sqrt(1.0001**2 - 1)
+        delay = margins(*sensitivity(A, 1.0001 * B, C)).channels[0].delay
+        assert delay == pytest.approx((math.pi - math.atan(omega)) / omega * unit, rel=1e-9)

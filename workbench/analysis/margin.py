@@ -17,13 +17,15 @@ import numpy as np
 
 from workbench.analysis.crossing import ScalarResponse, sign_changes
 from workbench.analysis.norm import Peak, peak_gain
-from workbench.analysis.realisation import Realisation, balanced, checked, stable_poles
+from workbench.analysis.realisation import EPS, Realisation, balanced, checked, stable_poles
 from workbench.errors import InputError
 from workbench.lti.algebraic import IllPosedError, closing
 from workbench.result import Result, Row
 
 # Beyond this factor, and below its inverse, 1 − 1/T is rounding noise of T; reported as infinity and as zero.
 LARGEST_GAIN_FACTOR = 1e9
+ROUNDING = 64 * EPS  # of T(0), beside 1/2
+BESIDE_REST = 1e-6  # of the slowest pole: T differs there from T(0) by 1e-12
 UNSTABLE = "Margins of an unstable loop mean nothing; stabilise it first."
 
 
@@ -213,7 +215,7 @@ def channel_margin(A, B, C, D, *, channel: int, name: str | None = None) -> Chan
     down = max(((k, w) for k, w in gains if 1 / LARGEST_GAIN_FACTOR <= k < 1), default=(0.0, None))
     angles = _lags(T)
     phase = min(((min(lag, 2 * math.pi - lag), w) for lag, w in angles), default=(math.inf, None))
-    if abs(1 / direct - 1) >= 1:
+    if abs(1 / direct - 1) >= 1 - ROUNDING:
         delay = (0.0, math.inf)
     else:
         delay = min(((lag / w, w) for lag, w in angles if w > 0), default=(math.inf, None))
@@ -246,8 +248,14 @@ def _gain_factors(T: ScalarResponse) -> list[tuple[float, float]]:
 
 
 def _lags(T: ScalarResponse) -> list[tuple[float, float]]:
-    """Every rotation in (0, 2π) by which L_i must lag to meet −1, with the frequency where |L_i| = 1."""
+    """Every rotation in (0, 2π) by which L_i must lag to meet −1, with the frequency where |L_i| = 1.
+
+    Where |L_i(0)| = 1 to rounding, Re T − 1/2 is even in ω and rounding alone until it has grown: no crossing there.
+    """
     frequencies = sign_changes(lambda w: T(w).real - 0.5, T.zeros(1, 1.0))
+    slowest = float(np.abs(np.linalg.eigvals(T.A)).min(initial=math.inf))
+    if abs(T(np.zeros(1))[0].real - 0.5) <= ROUNDING and math.isfinite(slowest):
+        frequencies = [w for w in frequencies if w > BESIDE_REST * slowest]
     values = T(np.array(frequencies))
     loop = values / (1 - values)
     return [(float(np.angle(-z)) % (2 * math.pi), w) for z, w in zip(loop, frequencies, strict=True)]

@@ -8,13 +8,12 @@ An unstable loop has no margins: its value is infinite.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from workbench.analysis.disk import disk_margin
-from workbench.analysis.margin import channel_margin
 from workbench.analysis.realisation import Realisation
 from workbench.errors import InputError
 from workbench.tuning.goal import NEAR, Bound, Goal, Largest, Value, infinite, near, positive, some_names
@@ -23,12 +22,17 @@ from workbench.tuning.goal_mu import gradient, lower, scalings
 from workbench.tuning.goal_peak import Axis, PeakMeasure, Piece, Sampled, sampled
 from workbench.tuning.goal_search import local_peaks, seeds
 from workbench.tuning.peak_ceiling import Ceiling, enclosure, mu_ceiling
+from workbench.tuning.peak_crossing import crossings, pursued
 
 if TYPE_CHECKING:
     from workbench.tuning.structure import Controller
 
 BISECTIONS = 60
 FINEST = 1e-4  # tolerance of the disk margin where a limit lies inside its bracket
+ROUNDED = 1e-13  # of ½: S(∞) this near to it leaves open which side of 1 the loop gain is on
+PURSUED = 1e-9  # relative: what rounding leaves of a crossing's place and lag
+MOST_SAMPLES = 200  # of whole samples of dead time tried one by one
+EVERY = "every crossing of the loop gain through 1"
 NO_ROLL_OFF = "the loop gain is 1 or more at all high frequencies; any dead time is too long."
 
 
@@ -169,6 +173,26 @@ class DelayMargin(Goal):
         )
 
 
+def whole_samples(S: Realisation, h: float, delay: float) -> tuple[float, float]:
+    """delay over the dead time that destabilises, between two whole numbers of samples: from below and above.
+
+    S is sampled. With d samples more 1 + (1 − S)(z^−d − 1) vanishes at the loop's poles.
+    """
+    A, B, C, D = S
+    n, most = len(A), math.ceil(delay / h)
+    if most > MOST_SAMPLES or D[0, 0] == 0:
+        return 0.0, math.inf
+    push = -C / D[0, 0]  # what the chain adds to the point, by x; by the chain's end 1/D
+    for d in range(1, most + 1):
+        late = np.zeros((n + d, n + d))
+        late[:n, :n], late[:n, -1:] = A + B @ push, B / D[0, 0]
+        late[n, :n], late[n, -1] = (C + (D[0, 0] - 1) * push)[0], (D[0, 0] - 1) / D[0, 0]
+        late[n + 1 :, n:-1] += np.eye(d - 1)
+        if np.abs(np.linalg.eigvals(late)).max() >= 1:
+            return delay / (d * h), delay / ((d - 1) * h) if d > 1 else math.inf
+    return delay / ((most + 1) * h), delay / (most * h)
+
+
 def no_focus(goal: Goal) -> None:
     """Refuse a focus band that a goal cannot use."""
     if tuple(goal.focus) != (0.0, math.inf):
@@ -188,25 +212,39 @@ class DelayMeasure:
         return self._value(K, "normal")
 
     def exact(self, K: "Controller") -> Value:
-        """Crossings as eigenvalues (`analysis.margin`); with dead times or sampled, on a dense grid."""
-        if self.channel.delayed or self.channel.sample_time is not None:
-            found = self._value(K, "dense")
-            return Value(
-                value=found.value, frequency=found.frequency, channel=found.channel, reason=found.reason,
-                method="crossings on a dense grid",
-            )  # fmt: skip
-        state = sampled(self.channel, K)
+        """Every crossing; of a sampled loop that is strong up to its Nyquist frequency, whole samples too."""
+        state = sampled(self.channel, K, judged=True)
         if state.reason:
             return infinite(state.reason)
-        try:
-            found = channel_margin(*state.system, channel=0)
-        except InputError as error:
-            return infinite(str(error))
-        value = math.inf if found.delay == 0 else self.delay / found.delay
-        return Value(
-            value=value, frequency=found.delay_frequency, channel=self.point, method="crossings as eigenvalues",
-            reason="" if found.delay else NO_ROLL_OFF,
-        )  # fmt: skip
+        h, steered = self.channel.sample_time, self._value(K, "normal")
+        T, late = state.system, np.zeros(len(state.system.A))
+        if self.channel.delayed:
+            T, late = self.channel.lined_system(K), self.channel.late(K)
+        strong = float(T.D[0, 0]) <= 0.5 * (1 + ROUNDED)  # |L| ≥ 1 at the end of the axis
+        if strong and h is None:
+            return infinite(NO_ROLL_OFF, method=EVERY)
+        grid = seeds(state.poles, np.zeros(0), (0.0, math.inf))
+        found = crossings(enclosure(T, late), grid[np.isfinite(grid)])
+        if found.reason:
+            return replace(steered, gradients=(), upper=math.inf, reason=found.reason, method="not judged")
+        value, upper, where = self._largest(state, found.intervals)
+        if strong:
+            low, high = whole_samples(self.channel.system(K), float(h or 0.0), self.delay)
+            value, upper = max(value, low), max(upper, high)
+        reason = "" if value else "the loop gain passes 1 nowhere; any dead time is borne."
+        return Value(value=value, upper=upper, frequency=where, channel=self.point, reason=reason, method=EVERY)
+
+    def _largest(self, state: Sampled, intervals: np.ndarray) -> tuple[float, float, float | None]:
+        """The value, an upper bound and the frequency of the crossing that binds."""
+        if len(intervals) == 0:
+            return 0.0, 0.0, None
+        h = self.channel.sample_time
+        true = intervals if h is None else 2 / h * np.arctan(intervals * h / 2)
+        omega = pursued(lambda at: self._excess(state, at), true)
+        lag = np.angle(-self._loop(state, omega)) % (2 * math.pi)
+        values = self.delay * omega / np.where(lag == 0, 2 * math.pi, lag)
+        worst = int(np.argmax(values))
+        return float(values[worst]), float(values[worst]) * (1 + PURSUED), float(omega[worst])
 
     def _value(self, K: "Controller", density: str) -> Value:
         state = sampled(self.channel, K)
@@ -228,21 +266,21 @@ class DelayMeasure:
             return Value(
                 value=0.0, channel=self.point, reason="the loop gain passes 1 nowhere; any dead time is borne."
             )
-        crossings = self._bisected(state, finite[ends], finite[ends + 1], gain[ends] > 0)
-        lag = np.angle(-self._loop(state, crossings)) % (2 * math.pi)
+        omega = self._bisected(state, finite[ends], finite[ends + 1], gain[ends] > 0)
+        lag = np.angle(-self._loop(state, omega)) % (2 * math.pi)
         lag = np.where(lag == 0, 2 * math.pi, lag)
-        values = self.delay * crossings / lag
+        values = self.delay * omega / lag
         worst = int(np.argmax(values))
         pieces = [
             (
                 float(v),
                 self.channel.response_pullback(K, np.array([w]), self._weight(state, float(w), float(a), float(v))),
             )
-            for v, w, a in zip(values, crossings, lag, strict=True)
+            for v, w, a in zip(values, omega, lag, strict=True)
             if v >= values[worst] * (1 - NEAR)
         ]
         return Value(
-            value=float(values[worst]), gradients=near(pieces), frequency=float(crossings[worst]), channel=self.point,
+            value=float(values[worst]), gradients=near(pieces), frequency=float(omega[worst]), channel=self.point,
             method="crossings on a pole-based grid",
         )  # fmt: skip
 

@@ -22,7 +22,7 @@ FULL = 0.8 * math.pi  # largest error of a predicted turn; below π the nearer m
 MOST = 400_000  # steps of one count
 ROUNDED = 1e-12  # of 1: gains of lines around lines this near to 1 are no longer below it
 CHUNK = 2048  # steps worked at once
-NEAREST = 1e-11  # of its frequency: a root this near to the edge counts as on it
+NEAREST = 1e-13  # of its frequency: a root this near to the edge counts as on it
 ASIDE = (1e-10, 1e-9, 1e-8, 1e-7)  # of a root's size: how far left the axis is moved to take in roots on it
 
 Path = Callable[[np.ndarray], np.ndarray]  # parameter (k,) -> s (k,)
