@@ -19,7 +19,10 @@ from scipy.optimize import minimize_scalar
 
 from workbench.tuning import Controller, Loop
 
+BLOCK = 2**16  # instants of a step response at a time
 KINDS = ("plain", "integrator", "twin", "light", "companion", "delay", "sampled", "defective")
+SAMPLED = ("sampled", "fine")
+HARDER = ("lighter", "late", "fine")  # damping of 1e-4, dead time with light modes, samples of 1e-4
 
 
 @dataclass(frozen=True)
@@ -172,21 +175,33 @@ class Case:
             state = np.linalg.matrix_power(step, first) @ np.eye(n + 1)[n]
         row = np.r_[C[0], D[0]]
         states, power = state[:, None], step
-        while states.shape[1] < count:
+        while states.shape[1] < min(count, BLOCK):
             states, power = np.hstack([states, power @ states]), power @ power
-        y = row @ states
-        keep = np.ones(len(y), bool) if self.sample_time is not None else first + dt * np.arange(len(y)) >= begin
-        values = [float(y[keep].max()), float(y[keep].min())]
-        if self.sample_time is None:
-            values += [float((row @ expm(whole * begin))[n])] if begin else []
-            for k in {int(np.argmax(np.where(keep, y, -np.inf))), int(np.argmin(np.where(keep, y, np.inf)))}:
-                sign = 1 if y[k] >= y[keep].mean() else -1
-                found = minimize_scalar(
-                    lambda t, k=k, sign=sign: -sign * float(row @ expm(whole * t) @ states[:, k]),
-                    bounds=(max(-dt, begin - first - dt * k), dt), method="bounded", options={"xatol": 1e-10 * dt},
-                )  # fmt: skip
-                values.append(-sign * found.fun)
+        values = []
+        for block in range(math.ceil(count / states.shape[1])):
+            k = block * states.shape[1] + np.arange(states.shape[1])
+            y = row @ states
+            inside = first + dt * k >= begin - (1e-6 if dt == 1.0 else 0.0)
+            if self.sample_time is not None:
+                values += [float(y[inside].max(initial=-np.inf)), float(y[inside].min(initial=np.inf))]
+            elif inside.any():
+                values += [self._turning(whole, row, states[:, i], dt, max(-dt, begin - first - dt * k[i]), sign)
+                           for sign, i in ((1, int(np.argmax(np.where(inside, y, -np.inf)))),
+                                           (-1, int(np.argmin(np.where(inside, y, np.inf)))))]  # fmt: skip
+            states = power @ states
+        values = [v for v in values if math.isfinite(v)]
+        if self.sample_time is None and begin:
+            values.append(float((row @ expm(whole * begin))[n]))
         return max(values), min(values), max(abs(v) for v in values), end
+
+    @staticmethod
+    def _turning(whole, row, state, dt, low, sign) -> float:
+        """The largest (sign 1) or smallest of a response beside a state, by its slope's zero."""
+        found = minimize_scalar(
+            lambda t: -sign * float(row @ expm(whole * t) @ state), bounds=(low, dt), method="bounded",
+            options={"xatol": 1e-8 * dt},
+        )  # fmt: skip
+        return -sign * found.fun
 
     def plant_poles(self) -> np.ndarray:
         """Of plant and controller, open."""
@@ -201,8 +216,8 @@ def _solved(A, B, C, D, s) -> np.ndarray:
 
 def random_case(kind: str, seed: int, *, stable: bool = True) -> Case:
     """A loop of a kind; unstable if so wanted, by a gain turned up."""
-    random = np.random.default_rng([KINDS.index(kind), seed])
-    lightest = {"light": 5e-3, "twin": 2e-2, "defective": 0.15}.get(kind, 0.05)
+    random = np.random.default_rng([(KINDS + HARDER).index(kind), seed])
+    lightest = {"light": 5e-3, "twin": 2e-2, "defective": 0.15, "lighter": 1e-4, "late": 1e-2}.get(kind, 0.05)
     blocks = [np.array([[-rate]]) for rate in random.uniform(0.3, 2.0, size=random.integers(1, 3))]
     for _ in range(random.integers(1, 3)):
         omega, zeta = random.uniform(0.4, 3.0), lightest * 10 ** random.uniform(0, 0.7)
@@ -226,13 +241,13 @@ def random_case(kind: str, seed: int, *, stable: bool = True) -> Case:
     order = int(random.integers(0, 3))
     Ak = -np.diag(random.uniform(0.5, 3.0, size=order))
     law = [Ak, random.standard_normal((order, 1)), random.standard_normal((1, order)), random.standard_normal((1, 1))]
-    h = 10.0 ** random.uniform(-2.5, -0.5) if kind == "sampled" else None
+    h = 10.0 ** random.uniform(*((-2.5, -0.5) if kind == "sampled" else (-5, -3))) if kind in SAMPLED else None
     if h is not None:
         M = expm(np.block([[A, B], [np.zeros((2, n + 2))]]) * h)
         A, B = M[:n, :n], M[:n, n:]
         law[0], law[1] = expm(Ak * h), law[1] * h
     D = np.zeros((2, 2))
-    dead_time = float(random.uniform(0.1, 1.5)) if kind == "delay" else 0.0
+    dead_time = float(random.uniform(0.1, 1.5)) if kind in ("delay", "late") else 0.0
     units = 10.0 ** random.uniform(-6, 6), 10.0 ** random.uniform(-4, 4)
 
     def made(size: float, law_) -> Case:

@@ -7,7 +7,7 @@ import math
 
 import pytest
 from goal_truth import CASES
-from random_loops import KINDS, random_case
+from random_loops import HARDER, KINDS, random_case
 
 from workbench.tuning import goals
 from workbench.tuning.goal import Goal
@@ -55,7 +55,7 @@ def test_no_goal_is_met_by_an_unstable_loop(kind):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", KINDS + HARDER)
 @pytest.mark.parametrize("seed", range(1, 13))
 def test_what_is_judged_is_true_of_many_loops(kind, seed):
     case = random_case(kind, seed)
