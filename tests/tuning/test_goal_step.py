@@ -113,6 +113,24 @@ def test_sampled_poles_at_zero_and_near_minus_one_are_followed():
             assert largest(response, first, -1, level=-2.0).value == pytest.approx((-y[first:]).max(), rel=1e-9)
 
 
+def test_a_long_chain_of_samples_of_dead_time_is_summed_to_its_end():
+    samples, h = 150, 0.02
+    P = control.c2d(control.ss(_second(0.3)), h)
+    system = plant(
+        P.A, np.hstack([P.B, P.B]), np.vstack([P.C, P.C]), inputs=["w", "u"], outputs=["z", "y"]
+    )  # fmt: skip
+    loop = loop_of(system, controls=["u"], measured=["y"], sample_time=h, input_delay={"u": samples * h})
+    x, u, y = np.zeros(2), np.zeros(3000), []
+    for k in range(3000):
+        y.append(float((P.C @ x)[0]))
+        u[k] = -0.3 * y[-1]
+        x = P.A @ x + P.B[:, 0] * (1 + (u[k - samples] if k >= samples else 0))
+    bound = Overshoot(**ONE, percent=10.0).bind(loop)
+    K = Controller.static([[-0.3]])
+    for found in (bound.evaluate(K), bound.exact(K)):
+        assert found.value == pytest.approx((max(y) * 1.3 - 1) / 0.1, rel=1e-8)
+
+
 def _integrator_with_dead_time(gain, dead_time, unit=1.0):
     """y' = gain (r − y)(t − T) under u = r − y."""
     system = plant([[0.0]], [[gain * unit]], [[1.0]], inputs=["u"], outputs=["y"])

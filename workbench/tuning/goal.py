@@ -165,9 +165,11 @@ class Largest:
     def exact(self, K: "Controller") -> Value:
         found = [measure.exact(K) for measure in self.measures]
         worst = largest(found)
+        highest = max(found, key=lambda value: value.upper)  # another than the worst if it could not be judged
+        said = highest if math.isinf(highest.upper) else worst
         return Value(
             value=worst.value, frequency=worst.frequency, time=worst.time, channel=worst.channel,
-            reason=worst.reason, method=worst.method, upper=max(value.upper for value in found),
+            reason=said.reason, method=said.method, upper=highest.upper,
         )  # fmt: skip
 
 

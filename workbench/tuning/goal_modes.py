@@ -26,8 +26,11 @@ ROUNDING = 64 * EPS  # of the sum of what a response is made of: its last digits
 BATCH = 64  # intervals split at a time, the most promising first
 MOST = 400_000  # intervals; then the bracket is left as wide as it is
 RATIO = 1.5  # of the first intervals' ends
+LARGEST_BLOCK = 24  # states that cannot be told apart, followed by one exponential each time
+REST = 1e-13  # of a sampled response: what remains where it is summed to its end
+MANY_STATES, MOST_PRODUCTS = 60, 2e10  # so many (chains of samples of dead time), and states² × samples at most
+WINDOW = 1024
 SETTLED_SAMPLES, FAST = 350, 0.9  # samples summed one by one, and the |z| that is 1e-16 by then
-VERTEX_STEPS = 3
 
 
 class Block(NamedTuple):
@@ -59,10 +62,11 @@ class Response:
     early: tuple[float, ...] = ()  # y_0, y_1, … of a sampled response before `start`
 
     def at(self, t: np.ndarray) -> np.ndarray:
-        """y (k,) at instants (k,) from `start` on."""
-        y = np.full(len(t), self.final)
+        """y (k,) at instants (k,), or after so many samples."""
+        y, late = np.full(len(t), self.final), t >= self.start
         for block in self.blocks:
-            y += (_moved(block, t - self.start) @ block.c).real
+            y[late] += (_moved(block, t[late] - self.start) @ block.c).real
+        y[~late] = np.array(self.early)[t[~late].astype(int)]
         return y
 
     def rounding(self) -> float:
@@ -81,13 +85,24 @@ def step_response(system: Realisation, sample_time: float | None) -> Response:
     final = float(D[0, 0] - C[0] @ away)
     if sample_time is None:
         return Response(final, _blocks(A, away, C[0]), False)
-    start, early, power = 0, [], A
-    count = SETTLED_SAMPLES + len(A)
-    states = away[:, None]
-    while states.shape[1] < count:
+    slowest = float(np.abs(np.linalg.eigvals(A)).max())
+    rest = math.ceil(math.log(REST) / math.log(slowest)) if 0 < slowest < 1 else 0
+    whole = len(A) > MANY_STATES and len(A) ** 2 * rest <= MOST_PRODUCTS
+    early, last = _samples(A, away, C[0], len(A) + (rest if whole else SETTLED_SAMPLES))
+    blocks = () if whole else _blocks(A, last, C[0], sampled=True)
+    return Response(final, blocks, True, float(len(early)), tuple(final + early))
+
+
+def _samples(A: np.ndarray, x: np.ndarray, c: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """c A^k x (count,) for k from 0, at least so many, and the state behind them."""
+    states, power = x[:, None], A
+    while states.shape[1] < min(count, WINDOW):
         states, power = np.hstack([states, power @ states]), power @ power
-    early, start = tuple(final + C[0] @ states[:, :count]), count
-    return Response(final, _blocks(A, states[:, count - 1] @ A.T, C[0], sampled=True), True, float(start), early)
+    found = []
+    for _ in range(math.ceil(count / states.shape[1])):
+        found.append(c @ states)
+        states = power @ states
+    return np.concatenate(found), states[:, 0]
 
 
 def _blocks(A: np.ndarray, x: np.ndarray, c: np.ndarray, *, sampled: bool = False) -> tuple[Block, ...]:
@@ -105,10 +120,10 @@ def _blocks(A: np.ndarray, x: np.ndarray, c: np.ndarray, *, sampled: bool = Fals
         if sampled:
             if np.abs(M.diagonal()).max() < FAST:
                 continue
-            M = np.log(M) if size == 1 else np.triu(logm(M))
+            M = np.log(M) if size == 1 else np.triu(logm(_small(M)))
         if not M.diagonal().real.max() < 0:
             raise InputError("the closed loop is stable at most by a rounding; its step response has no measure.")
-        found.append(_contracting(M, c[cut], x[cut]))
+        found.append(_contracting(_small(M), c[cut], x[cut]))
     found.sort(key=lambda block: block.turn)
     joined: list[list[Block]] = []
     for block in found:
@@ -121,6 +136,16 @@ def _blocks(A: np.ndarray, x: np.ndarray, c: np.ndarray, *, sampled: bool = Fals
         )
         for group in joined
     )  # fmt: skip
+
+
+def _small(M: np.ndarray) -> np.ndarray:
+    """A block itself, refused where it is too large to be followed."""
+    if len(M) > LARGEST_BLOCK:
+        raise InputError(
+            f"the step response has {len(M)} modes that rounding does not tell apart; at most {LARGEST_BLOCK} can be "
+            "judged together. Use a shorter dead time in samples, or fewer equal filters."
+        )
+    return M
 
 
 def _contracting(M: np.ndarray, c: np.ndarray, x: np.ndarray) -> Block:

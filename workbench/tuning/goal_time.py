@@ -120,7 +120,10 @@ class StepMeasure:
         final = steps.final
         if self.kind == "overshoot" and abs(final) <= steps.rounding:
             return infinite(ENDS_AT_ZERO)
-        times, y = steps.extrema(self.begin)
+        try:
+            times, y = steps.extrema(self.begin)
+        except InputError as error:
+            return infinite(str(error))
         measured = self._measure(y, final)
         pieces = []
         top = max(float(measured.max(initial=0.0)), self._at_infinity(final))
@@ -148,7 +151,7 @@ class StepMeasure:
         try:
             response = step_response(system, h)
         except InputError as error:
-            return infinite(str(error))
+            return unjudged(self.evaluate(K), str(error))
         final, rounding = final_value(system, sampled=h is not None)
         if self.kind == "overshoot" and abs(final) <= rounding:
             return infinite(ENDS_AT_ZERO)
