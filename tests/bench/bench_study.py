@@ -21,13 +21,14 @@ from workbench.control import Gains
 from workbench.control.gains import GAIN_NAMES
 from workbench.export.problem import load_problem
 from workbench.lti.signals import numbered
-from workbench.study.definition import Parameter, Study
+from workbench.study.definition import Limit, Parameter, Study
 from workbench.study.run import StudyResult, run_study
 
 PROBLEM = "revenue_vehicle"
 POINTS = 10_000
 COMPARED = 40  # points of the loops; the time of a point does not depend on how many there are
 AGREEMENT = 1e-5  # relative; python-control's norm stops at 1e-6 of both sides
+STEADY = Limit(quantity="damping", sense=">=", value=0.2)  # of its own: the problem's would need its delay margin too
 WIDTH = 0.02  # of each gain, so that every loop is stable and nothing is skipped
 QUANTITIES = (
     "stable", "damping", "decay", "peak_sensitivity.heave_pitch", "peak_sensitivity.sway_roll_yaw", "cost",
@@ -81,7 +82,7 @@ def _around(name: str, value: float) -> Parameter:
 
 
 def _study(parameters: tuple[Parameter, ...], folder: Path, count: int = POINTS) -> StudyResult:
-    study = Study(problem=PROBLEM, count=count, parameters=parameters, quantities=QUANTITIES)
+    study = Study(problem=PROBLEM, count=count, parameters=parameters, quantities=QUANTITIES, limits=(STEADY,))
     return run_study(study, folder)
 
 

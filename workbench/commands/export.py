@@ -50,8 +50,10 @@ def export(
         )
     loaded = read_table(table)
     digital = format in DIGITAL
-    if sample_time_ms is not None and not digital:
-        raise InputError(f"--sample-time-ms is for the formats mat and c; got {format!r}. Leave it out.")
+    given = {"sample-time-ms": sample_time_ms is not None, "computing-delay-ms": computing_delay_ms, "accept": accept}
+    unused = next((name for name, there in given.items() if there), None)
+    if unused is not None and not digital:
+        raise InputError(f"--{unused} is for the formats mat and c; got {format!r}. Leave it out.")
     if sample_time_ms is not None:
         loaded = with_sample_time(loaded, 1e-3 * sample_time_ms)
     check = digital_check(loaded, 1e-3 * computing_delay_ms) if digital else None
