@@ -7,12 +7,15 @@ import numpy as np
 import pytest
 from goal_cases import loop_of, plant, random_controller, random_plant
 
+from workbench.analysis.structured import scaling_below
 from workbench.errors import InputError
-from workbench.tuning import Controller
+from workbench.lti import Plant
+from workbench.tuning import Controller, Loop, Model, Structure, gain
 from workbench.tuning.goal_gain import Gain
 from workbench.tuning.goal_loop import LoopShape, MaxLoopGain, MinLoopGain, Rejection, Sensitivity
 from workbench.tuning.goal_margin import DelayMargin, Margins
 from workbench.tuning.goal_mu import lower, turned
+from workbench.tuning.tune_result import TunedGoal
 
 
 def _third_order(k, **delays):
@@ -169,3 +172,31 @@ def test_misused_loop_goals_are_refused():
         Sensitivity(points=())
     with pytest.raises(InputError, match="looks at all frequencies"):
         DelayMargin(points="u", delay=1.0, focus=(1.0, 2.0))
+
+
+@pytest.mark.parametrize(
+    ("late", "focus"), [(None, (1.0, 5.0)), ({"u1": 0.01, "u2": 0.02}, (0.0, math.inf))], ids=["band", "late"]
+)
+def test_what_a_multiloop_margin_leaves_open_counts_as_not_met(late, focus):
+    rng = np.random.default_rng(3)
+    A = rng.normal(size=(4, 4))
+    system = Plant.from_matrices(A - (np.linalg.eigvals(A).real.max() + 1) * np.eye(4), rng.normal(size=(4, 3)),
+                                 rng.normal(size=(3, 4)))  # fmt: skip
+    loop = Loop(Model("three", system, late), Structure(gain(["y1", "y2", "y3"], ["u1", "u2", "u3"], 0.0)))
+    K = Controller.static(-0.2 * rng.normal(size=(3, 3)))
+    found = Margins(points=("u1", "u2", "u3"), gain_db=6.0, focus=focus).bind(loop).exact(K)
+    assert 0 < found.upper / found.value - 1 < 2e-3
+    # at the best constant scaling of the worst frequency, three channels: σ_max(D M D⁻¹) is μ
+    alpha = 2 * (10**0.3 - 1) / (10**0.3 + 1)
+    S = loop.sensitivity(("u1", "u2", "u3")).response(K, found.frequency)
+    _, size, _ = scaling_below(S - np.eye(3) / 2, 0.0, np.zeros(3))
+    assert found.value * (1 - 1e-4) <= alpha * size <= found.upper * (1 + 1e-4)
+
+    def judged(value, upper):
+        return TunedGoal(
+            name="m", hard=True, model="three", value=value, upper=upper, smooth=value, frequency=None, time=None,
+            channel="", method="", reason="",
+        )  # fmt: skip
+
+    assert judged(0.999, 1.0).met
+    assert not judged(0.999, 1.0001).met
