@@ -73,7 +73,7 @@ class DiskMargin(Result):
         ]
 
 
-def disk_margin(A, B, C, D, *, tolerance: float = 1e-3) -> DiskMargin:
+def disk_margin(A, B, C, D, *, tolerance: float = 1e-3, band: tuple[float, float] = (0.0, math.inf)) -> DiskMargin:
     """The multiloop balanced disk margin of a closed loop given by its sensitivity.
 
     Parameters
@@ -82,6 +82,8 @@ def disk_margin(A, B, C, D, *, tolerance: float = 1e-3) -> DiskMargin:
         Realisation of S = (I + L)⁻¹, as `margin.sensitivity` returns it.
     tolerance : float
         Relative width of the bracket aimed at, 1e-4 … 0.1.
+    band : (low, high)
+        Frequencies that count [rad/s]; all of them if left out.
 
     Returns
     -------
@@ -114,9 +116,11 @@ def disk_margin(A, B, C, D, *, tolerance: float = 1e-3) -> DiskMargin:
     count = len(D)
     if D.shape != (count, count):
         raise InputError(f"the sensitivity must be square; got D of shape {D.shape}. Close one loop per channel.")
+    if not 0 <= band[0] < band[1]:
+        raise InputError(f"band must be (low, high) with 0 ≤ low < high; got {band!r}. Swap the ends.")
     poles = stable_poles(A, "the closed loop", "Margins of an unstable loop mean nothing; stabilise it first.")
     M = Realisation(A, B, C, D - np.eye(count) / 2)
-    cover = _Cover(M, np.unique(np.abs(poles)), tolerance)
+    cover = _Cover(M, np.unique(np.abs(poles)), tolerance, band)
     cover.run()
     size, frequency, turn = cover.worst
     if size == 0:
@@ -141,12 +145,12 @@ def _scaled(M: Realisation, d: np.ndarray) -> Realisation:
 
 
 class _Cover:
-    """The work of `disk_margin`: bands that cover all frequencies at a level, which rises only as far as it must."""
+    """The work of `disk_margin`: bands that cover the frequencies at a level, which rises only as far as it must."""
 
-    def __init__(self, M: Realisation, poles: np.ndarray, tolerance: float) -> None:
-        self.poles, self.tolerance = poles, tolerance
+    def __init__(self, M: Realisation, poles: np.ndarray, tolerance: float, band: tuple[float, float]) -> None:
+        self.poles, self.tolerance, self.band = poles, tolerance, band
         # μ does not see the channels' units, and nothing after this does
-        self.units = np.exp(balancing(responder(*M)(self._samples(0.0, math.inf))))
+        self.units = np.exp(balancing(responder(*M)(self._samples(*band))))
         self.M = _scaled(M, self.units)
         self.response = responder(*self.M)
         self.worst = (0.0, 0.0, np.ones(len(M.D), dtype=complex))  # largest ρ(Q M), its frequency, Q
@@ -156,13 +160,13 @@ class _Cover:
     def run(self) -> None:
         """Examines bands until none is left."""
         x = np.zeros(len(self.M.D))
-        samples = self._samples(0.0, math.inf)
+        samples = self._samples(*self.band)
         values = self.response(samples)
         if not values.any():
-            self.bands.append(Band(low=0.0, high=math.inf, scaling=self.units))
+            self.bands.append(Band(low=self.band[0], high=self.band[1], scaling=self.units))
             return
         self._look_for_worse(samples, values, x)
-        waiting = [(0.0, math.inf)]
+        waiting = [self.band]
         for _ in range(MOST_BANDS):
             if not waiting:
                 return
@@ -186,6 +190,10 @@ class _Cover:
             self.level = max(self.level, peak_gain(*_scaled(self.M, d)).upper)
             self.bands += [Band(low=low, high=high, scaling=d * self.units) for low, high in waiting]
 
+    def _inside(self, omega: np.ndarray) -> np.ndarray:
+        """The response, beyond the band that at its nearer end."""
+        return self.response(np.clip(omega, *self.band))
+
     def _goal(self) -> float:
         """What a scaling should reach at the samples, a little under the level so that it holds between them too."""
         return self.level / (1 + self.tolerance / 4)
@@ -196,8 +204,9 @@ class _Cover:
         sizes = np.linalg.svd(d[:, None] * values / d, compute_uv=False)[:, 0]
         for k in np.argsort(sizes)[-2:]:
             if sizes[k] > self.worst[0]:
-                found = worst_turn(self.response, float(samples[k]), x)
-                self.worst = max(self.worst, found, key=lambda turn: turn[0])
+                size, omega, turn = worst_turn(self._inside, float(samples[k]), x)
+                if size > self.worst[0]:
+                    self.worst = size, float(np.clip(omega, *self.band)), turn
         self.level = max(self.level, self.worst[0] * (1 + self.tolerance))
 
     def _cover(self, low: float, high: float, x: np.ndarray) -> list[tuple[float, float]]:

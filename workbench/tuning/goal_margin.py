@@ -130,16 +130,17 @@ class DiskMeasure:
         return self.peak.evaluate(K)
 
     def exact(self, K: "Controller") -> Value:
-        """The bracket of `disk_margin`; with dead times or a focus band branch and bound."""
-        if self.peak.channel.delayed or not self.peak.full:
+        """The bracket of `disk_margin` in the band; with dead times branch and bound."""
+        if self.peak.channel.delayed:
             return self.peak.exact(K)
         state = sampled(self.peak.channel, K)
         if state.reason:
             return infinite(state.reason)
         alpha, h = self.peak.shape.alpha, self.peak.channel.sample_time  # pyright: ignore[reportAttributeAccessIssue]
-        disk = disk_margin(*state.system)
+        low, high = (float(end) for end in Axis.of(np.array(self.peak.band), h).filters)
+        disk = disk_margin(*state.system, band=(low, high))
         if disk.lower < alpha <= disk.upper:  # a bracket that leaves the question open is narrowed
-            disk = disk_margin(*state.system, tolerance=FINEST)
+            disk = disk_margin(*state.system, band=(low, high), tolerance=FINEST)
         omega = disk.frequency if h is None else 2 / h * math.atan(disk.frequency * h / 2)
         return Value(
             value=alpha / disk.upper, upper=alpha / disk.lower, frequency=omega,
