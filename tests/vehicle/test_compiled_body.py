@@ -26,16 +26,15 @@ def by_equations(vehicle, pose, currents, external):
     """Rate and Jacobians of the vehicle's own equations, built and differentiated anew."""
     m = equations(vehicle)
     state = ca.vertcat(m.pose, m.velocity)
-    signals = ca.vertcat(m.alpha, m.zeta, m.eta, m.bank, m.external)
+    signals = ca.vertcat(m.alpha, m.zeta, m.eta, m.bank, m.external, m.surface_rate)
     rate = ca.vertcat(m.pose_rate, m.acceleration)
     output = ca.vertcat(m.pose, m.velocity, m.acceleration, m.gap, m.gap_lateral, m.sensed_z, m.sensed_y)
     f = ca.Function(
         "f", [state, signals], [rate, *(ca.jacobian(y, x) for y in (rate, output) for x in (state, signals))]
     )
     n = vehicle.count
-    return [
-        o.full() for o in f(np.concatenate([pose, np.zeros(5)]), np.concatenate([currents, np.zeros(3 * n), external]))
-    ]
+    inputs = np.concatenate([currents, np.zeros(3 * n), external, np.zeros(2 * n)])
+    return [o.full() for o in f(np.concatenate([pose, np.zeros(5)]), inputs)]
 
 
 @pytest.mark.parametrize("extras", [Extras(), EVERYTHING])

@@ -150,11 +150,19 @@ def test_two_half_coils_at_a_distance_are_one_coil_with_their_radius_of_gyration
     four = vehicle(whole, **extras, coil_length=s * np.sqrt(3))  # L²/12 = (s/2)²
     assert eight.command_positions == pytest.approx(np.array(four.positions))
     ours, theirs = operating_point(eight).plant(), linearise(four).plant
-    assert ours.inputs == theirs.inputs
     assert ours.outputs == theirs.outputs
+    # the guideway reaches every half coil by itself: the same under both is what it is under the whole one
+    kinds = ("zeta", "eta", "bank")
+    both = np.array([[_same_input(mine, other, kinds) for other in theirs.inputs] for mine in ours.inputs], float)
     for matrix in "ABCD":
         reference = getattr(theirs, matrix)
-        assert getattr(ours, matrix) == pytest.approx(reference, rel=1e-9, abs=1e-11 * np.abs(reference).max())
+        found = getattr(ours, matrix) @ both if matrix in "BD" else getattr(ours, matrix)
+        assert found == pytest.approx(reference, rel=1e-9, abs=1e-11 * np.abs(reference).max())
+
+
+def _same_input(mine: str, other: str, kinds) -> bool:
+    kind, _, number = mine.rpartition("_")
+    return other == (f"{kind}_{(int(number) + 1) // 2}" if kind in kinds else mine)
 
 
 def test_sets_that_are_not_joined_keep_their_plant():

@@ -217,7 +217,7 @@ def test_noise_that_comes_again_after_a_delay_adds_its_correlation():
     # dx = −a x + w(t) + w(t − T): E[x²] = (1 + e^{−aT})/a
     a, T = 2.0, fmpq(3, 8)
     one = arb_mat([[1]])
-    Q = intensity(q([[-a]]), one, one, one, T)
+    Q = intensity(q([[-a]]), [(fmpq(0), one), (T, one)], one)
     true = (1 + math.exp(-a * 3 / 8)) / a
     assert middle(Stationary(q([[-a]]), Q).mean_square([arb(1)])) == pytest.approx(true, rel=SHARP)
 

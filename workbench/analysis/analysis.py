@@ -252,8 +252,10 @@ def _outputs(setting: Setting, subject: Subject, system: Driven):
     for (direction, point), row in system.weighted.items():
         keys.append((f"weighted_{direction}", point))
         rows.append(row)
-        keys.append((f"acceleration_{direction}", point))
-        rows.append(point_acceleration(names, setting.points[point], direction) @ stack)
+        felt = point_acceleration(names, setting.points[point], direction)
+        if system.finite(felt):
+            keys.append((f"acceleration_{direction}", point))
+            rows.append(felt @ stack)
     for end, i in zip(ENDS, setting.ends, strict=True):
         for kind in ("gap", "gap_lateral", "current"):
             if kind == "gap_lateral" and set(setting.groups) <= {"heave", "heave_pitch"}:

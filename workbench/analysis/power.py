@@ -36,14 +36,15 @@ def mechanical_power(setting: Setting, driven: Driven, state: Stationary) -> tup
 def _surface_product(driven: Driven, state: Stationary, current: np.ndarray, sets: slice) -> np.ndarray:
     """Σ_i E[α_i dσ_i/dt] (types,) for the surface displacement σ_i under each set, whose rate contains white noise.
 
-    E[x(t) w(t)'] = B_front/2 and E[x(t) w(t − T)'] = e^{AT} B_front + B_rear/2.
+    E[x(t) w(t − T_j)'] = B_j/2 + Σ_{i<j} e^{A(T_j − T_i)} B_i, for arrivals in the order of their delays.
     """
     from scipy.linalg import expm
 
     smooth = state.power(current, driven.surface_rate[sets])
-    now, later = driven.B_front / 2, expm(driven.A * driven.delay) @ driven.B_front + driven.B_rear / 2
-    jump_front, jump_rear = driven.surface[sets] @ driven.B_front, driven.surface[sets] @ driven.B_rear
-    white = np.einsum("ik,ik->k", current @ now, jump_front) + np.einsum("ik,ik->k", current @ later, jump_rear)
+    white = np.zeros(len(smooth))
+    for j, (delay, B) in enumerate(driven.arrivals):
+        met = B / 2 + sum(expm(driven.A * (delay - before)) @ earlier for before, earlier in driven.arrivals[:j])
+        white += np.einsum("ik,ik->k", current @ met, driven.surface[sets] @ B)
     return smooth + white
 
 

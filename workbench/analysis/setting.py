@@ -40,6 +40,8 @@ class Setting:
     coil_resistance : of one control coil per turn squared [Ω];  main_current : ampere-turns of a main coil [A]
     clearance : least distance of any coil from floor and wall at rest [m]
     motor : a motor whose currents the law may command; None without one
+    places : (x, y) of every coil set [m], where the guideway reaches the vehicle;  joined : sets that share a command;
+        both empty where every set has a command of its own
     """
 
     plant: Plant
@@ -55,11 +57,25 @@ class Setting:
     main_current: float
     clearance: tuple[float, float]
     motor: MotorPoint | None = None
+    joined: tuple[tuple[int, ...], ...] = ()
+    places: tuple[tuple[float, float], ...] = ()
 
     @cached_property
     def subjects(self) -> tuple[Subject, ...]:
         """One linear model per group of motion."""
         return tuple(subject(self.plant, self.law, name) for name in self.groups)
+
+    @property
+    def sets(self) -> tuple[tuple[float, float], ...]:
+        """Places at which the guideway reaches the vehicle."""
+        return self.places or self.law.positions
+
+    @property
+    def under(self) -> np.ndarray:
+        """(commands, sets): mean of the coil sets of each command."""
+        if not self.joined:
+            return np.eye(self.law.count)
+        return np.array([[(i in group) / len(group) for i in range(len(self.sets))] for group in self.joined])
 
     @property
     def types(self) -> tuple[str, ...]:
@@ -74,6 +90,6 @@ class Setting:
 
     @property
     def delay(self) -> float:
-        """Time from a foremost to a hindmost coil set, (a_F + a_R)/V [s]."""
-        x = [p[0] for p in self.law.positions]
+        """Time from the foremost to the hindmost coil set, (a_F + a_R)/V [s]."""
+        x = [p[0] for p in self.sets]
         return (max(x) - min(x)) / self.speed

@@ -11,12 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.analysis.response import exciting_types, point_acceleration
+from workbench.analysis.response import exciting_types, guideway_response, point_acceleration
 from workbench.analysis.setting import Setting
 from workbench.control import Gains
 from workbench.errors import InputError, unknown_name
 from workbench.guideway.irregularity import TYPES, phasors
-from workbench.lti.signals import numbered
 from workbench.result import Result, Row
 
 ENDS = ("front", "rear")
@@ -89,7 +88,7 @@ def response_spectra(
             f"frequencies must rise from a positive one, at least two; got shape {f.shape}. Give Hz in order."
         )
     omega = 2 * np.pi * f
-    waves = phasors(setting.law.positions, setting.speed, omega)
+    waves = phasors(setting.sets, setting.speed, omega)
     keys: list[tuple[str, str]] = []
     total: np.ndarray | None = None
     for subject in setting.subjects:
@@ -99,11 +98,9 @@ def response_spectra(
                 f"spectra need a stable loop; {subject.name} is unstable under these gains. Change the gains."
             )
         keys, rows = _outputs(setting, closed.outputs)
-        count = setting.law.count
-        columns = closed.index("inputs", numbered("zeta", count) + numbered("eta", count))
         acting = [TYPES.index(t) for t in exciting_types(setting, subject)]
         transfer = np.zeros((len(f), len(rows), len(TYPES)), complex)
-        transfer[:, :, acting] = rows @ closed.response(omega)[:, :, columns] @ waves[:, :, acting]
+        transfer[:, :, acting] = rows @ guideway_response(setting, closed, omega, waves[:, :, acting])
         total = transfer if total is None else total + transfer
     assert total is not None  # a setting has at least one group
     density = np.einsum("kij,kjl,kil->ik", total, setting.guideway.amplitude_psd(f, setting.speed), total.conj()).real

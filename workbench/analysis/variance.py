@@ -1,8 +1,9 @@
-"""Mean squares of a stable loop under white noises that reach it at the front and, a wheel base later, at the rear.
+"""Mean squares of a stable loop under white noises that reach it at several places, one after the other.
 
-    A, B_front, B_rear, delay --stationary--> covariance of the state, with an error bound --> mean squares, mean power
+    A, (delay, B) of each place --arriving--> covariance of the state, with an error bound --> mean squares, mean power
+    A, B_front, B_rear, delay  --stationary-->  the same of two places, a wheel base apart
 
-    dx/dt = A x + Σ_k [ B_front,k w_k(t) + B_rear,k w_k(t − T) ]
+    dx/dt = A x + Σ_k Σ_j B_j,k w_k(t − T_j)
 
 w_k are white noises of unit two-sided intensity, E[w(t) w(t')] = δ(t − t'); a one-sided density S per hertz is the
 intensity S/2, and the velocity of a track with one-sided roughness A_r/Ω² met at speed V has the intensity π A_r V.
@@ -10,7 +11,9 @@ Exact: no grid, no series for the delay.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 
@@ -126,12 +129,23 @@ def stationary(A, B_front, B_rear=None, *, delay: float = 0.0, correlation=None)
         )
     if not (math.isfinite(delay) and delay >= 0):
         raise InputError(f"delay must be a time of zero or more; got {delay!r} s. Give (a_F + a_R)/V.")
+    return arriving(A, [(0.0, front), (delay, rear)] if rear.any() else [(0.0, front)], correlation=correlation)
+
+
+def arriving(A, arrivals: Sequence[tuple[float, np.ndarray]], *, correlation=None) -> Stationary:
+    """The stationary covariance under white noises that arrive more than once; see `stationary`.
+
+    arrivals : (delay [s], B (n, k)) of each place, one column per noise, in the order of their delays
+
+    Q = Σ_j B_j R B_j' + Σ_{i<j} [ e^{A(T_j − T_i)} B_i R B_j' + its transpose ].
+    """
     scale = state_scale(A)
     A = A / scale[:, None] * scale
     poles = stable_poles(
         A, "A", "An unstable state has no stationary covariance; stabilise it or remove its drifting part."
     )
-    sources = _sources(A, front / scale[:, None], rear / scale[:, None], delay, _mixing(correlation, front.shape[1]))
+    placed = [(T, B / scale[:, None]) for T, B in arrivals]
+    sources = _sources(A, placed, _mixing(correlation, placed[0][1].shape[1]))
     covariance, error = _solve(A, sources)
     units = np.outer(scale, scale)
     return Stationary(
@@ -157,15 +171,16 @@ def _mixing(correlation, count: int) -> list[np.ndarray]:
     return [R]
 
 
-def _sources(A, front, rear, delay, mixing) -> np.ndarray:
+def _sources(A, arrivals, mixing) -> np.ndarray:
     """Q (k, n, n) of every covariance."""
     from scipy.linalg import expm
 
-    met_again = expm(A * delay) @ front if delay and rear.any() else front
-    sources = []
-    for R in mixing:
-        cross = met_again @ R @ rear.T
-        sources.append(front @ R @ front.T + rear @ R @ rear.T + cross + cross.T)
+    sources = [sum(B @ R @ B.T for _, B in arrivals) for R in mixing]
+    for (first, B), (later, C) in combinations(arrivals, 2):
+        met_again = expm(A * (later - first)) @ B
+        for k, R in enumerate(mixing):
+            cross = met_again @ R @ C.T
+            sources[k] = sources[k] + cross + cross.T
     return np.array(sources)
 
 

@@ -255,7 +255,8 @@ def _with_current_states(subject: Subject) -> Plant:
 def _filter_states(setting: Setting, system: Driven) -> int:
     """How many states of the driven system belong to the guideway's filters, which come first."""
     kinds = setting.types if setting.guideway.correlation is not None else system.types
-    return 2 * sum(len(np.atleast_2d(spectrum_of(setting, t).shaping_filter(setting.speed)[0])) for t in kinds)
+    filters = [np.atleast_2d(spectrum_of(setting, t).shaping_filter(setting.speed)[0]) for t in kinds]
+    return len(system.arrivals) * sum(map(len, filters))
 
 
 def _rows(setting: Setting, system: Driven, names) -> list[np.ndarray]:
@@ -286,12 +287,18 @@ def _regulator(setting: Setting, subject: Subject, names, noise: bool) -> Previe
         seen = system.rows(setting.law.sensors)[:, rest[:states]]
         reads = np.abs(seen).max(axis=1) > 0
         measured = Measured(states=states, C=seen[reads], intensity=_intensity(setting)[reads])
+    if len(system.arrivals) > 2:
+        raise InputError(
+            f"a bound takes coil sets at one or two stations along the vehicle; got {len(system.arrivals)}. "
+            "Group them in two."
+        )
+    (_, front), (delay, rear) = (*system.arrivals, (0.0, np.zeros_like(system.arrivals[0][1])))[:2]
     size = state_scale(system.A[np.ix_(rest, rest)])
     A = system.A[np.ix_(rest, rest)] / size[:, None] * size
     costs = [Cost(c.C * size, c.D) for c in costs]
     if measured is not None:
         measured = replace(measured, C=measured.C * size[: measured.states])
     return PreviewRegulator(
-        A, system.A[np.ix_(rest, free)] / size[:, None], system.B_front[rest] / size[:, None],
-        system.B_rear[rest] / size[:, None], system.delay, costs, measured,
+        A, system.A[np.ix_(rest, free)] / size[:, None], front[rest] / size[:, None],
+        rear[rest] / size[:, None], delay, costs, measured,
     )  # fmt: skip

@@ -15,7 +15,7 @@ from functools import cached_property
 import casadi as ca
 import numpy as np
 
-from workbench.analysis.response import exciting_types, point_acceleration, spectrum_of
+from workbench.analysis.response import exciting_types, point_acceleration, seen_guideway, spectrum_of
 from workbench.analysis.ride import weight
 from workbench.analysis.setting import Setting
 from workbench.budget import heed
@@ -235,17 +235,17 @@ class GroupMeasures:
         plant, law, subject = self.subject.plant, self.subject.law, self.subject
         response = plant.response(omega)
         u = plant.index("inputs", subject.commands)
-        w = plant.index("inputs", numbered("zeta", law.count) + numbered("eta", law.count))
         y = plant.index("outputs", law.sensors)
         chosen = [TYPES.index(t) for t in self.types]
         density = np.column_stack(
             [spectrum_of(setting, t).psd_frequency(omega / (2 * np.pi), setting.speed) for t in self.types]
         )
-        wave = phasors(law.positions, setting.speed, omega)[:, :, chosen] * np.sqrt(density)[:, None, :]
+        wave = phasors(setting.sets, setting.speed, omega)[:, :, chosen] * np.sqrt(density)[:, None, :]
+        winds = seen_guideway(setting, plant, omega, response, wave)
         rows = np.vstack([rows for _, rows in self._outputs])
         out = []
         for at, P in enumerate(response):
-            into, wind = P[:, u], P[:, w] @ wave[at]
+            into, wind = P[:, u], winds[at]
             out.append(
                 plant_column(self.columns, self.measure @ into[y], self.measure @ wind[y], rows @ wind, rows @ into)
             )

@@ -196,25 +196,25 @@ def exact_plant(plant: Plant):
     return plant_of(plant_part(plant))
 
 
-def plant_part(plant: Plant, positions=()) -> dict[str, Any]:
+def plant_part(plant: Plant, positions=(), sets=()) -> dict[str, Any]:
     """The plant part of a gain table.
 
-    positions : (x, y) of the coil sets; where the plant is the same right and left but for rounding, it is printed so
+    positions, sets : (x, y) of commands, and of coil sets where several share one; where the plant is the same right and left but for rounding, it is printed so
         in every digit, for only then may its groups be proved apart
     """
-    blocks = _symmetric(plant, positions) if positions else {k: getattr(plant, k) for k in "ABCD"}
+    blocks = _symmetric(plant, positions, sets) if positions else {k: getattr(plant, k) for k in "ABCD"}
     matrices = {k: [[_decimal(x) for x in row] for row in block] for k, block in blocks.items()}
     return {"states": list(plant.states), "inputs": list(plant.inputs), "outputs": list(plant.outputs), **matrices}
 
 
-def _symmetric(plant: Plant, positions) -> dict[str, np.ndarray]:
+def _symmetric(plant: Plant, positions, sets) -> dict[str, np.ndarray]:
     """The plant's matrices, each entry the mean of itself and its mirror image where they differ by rounding alone."""
     from workbench.verify.failure import NotProved
     from workbench.verify.mirror import BLOCKS, mirror
 
     blocks = {letter: np.asarray(getattr(plant, letter), float) for letter in "ABCD"}
     try:
-        turned = {kind: mirror(getattr(plant, kind), positions) for kind in ("states", "inputs", "outputs")}
+        turned = {kind: mirror(getattr(plant, kind), positions, sets) for kind in ("states", "inputs", "outputs")}
     except NotProved:  # no partner on the other side: nothing to make alike
         return blocks
     out = {}

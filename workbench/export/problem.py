@@ -261,6 +261,7 @@ class ProblemData:
             coil_resistance=per_command
             * (coil.resistivity_ohm_m * coil.turn_length_m / (coil.conductor_area_cm2 * 1e-4)),
             main_current=flown.current if flown else d.force_law.main_current_a_turns,
+            joined=vehicle.joined, places=point.vehicle.positions if vehicle.joined else (),
             clearance=least_distance(d.force_law, d.vehicle, flown, point),
             motor=_motor_point(drive) if drive else None,
         )  # fmt: skip

@@ -165,7 +165,7 @@ def table_from_design(
         "gains": {name: repr(value) for name, value in gains.as_dict().items()}, "units": dict(GAIN_UNITS),
         "invariance": _invariance(problem, gains),
         "law": law_part(problem.law, problem.sample_time),
-        "plant": plant_part(problem.setting.plant, problem.law.positions),
+        "plant": plant_part(problem.setting.plant, problem.law.positions, problem.setting.sets),
         "certificate": certificate_of(problem), "schedule": None,
         "measured": measured, "requirements": [v.to_dict() for v in design.requirements],
         "promises": [], "undecided": [], "robustness": plain(dict(robustness or {})),

@@ -14,7 +14,7 @@ import numpy as np
 
 from workbench.analysis.analysis import COST_POINTS, COST_SCALE, ENDS, PEAK_SIGMAS
 from workbench.analysis.mode import REAL
-from workbench.analysis.response import WEIGHTS, exciting_types, spectrum_of
+from workbench.analysis.response import WEIGHTS, exciting_types, irregularities, spectrum_of
 from workbench.analysis.ride import weight
 from workbench.analysis.setting import Setting
 from workbench.constants import GRAVITY
@@ -141,10 +141,15 @@ class Batch:
 
 
 def suits(setting: Setting) -> bool:
-    """Whether this route takes a setting: independent irregularity types, two stations, filters of distinct poles."""
+    """Whether this route takes a setting: independent irregularity types, two stations, filters of distinct poles.
+
+    Joined sets, and damping by the guideway's rate, it leaves to the analysis of each row.
+    """
     if setting.guideway.correlation is not None or "all" in setting.groups:
         return False
-    if len({x for x, _ in setting.law.positions}) > 2:
+    if setting.joined or len({x for x, _ in setting.sets}) > 2:
+        return False
+    if irregularities(setting.plant, len(setting.sets))[1]:
         return False
     try:
         filters = [spectrum_of(setting, t).shaping_filter(setting.speed) for t in setting.types]

@@ -48,8 +48,8 @@ class Tangent:
     """The vehicle at rest at a pose: what it does, reads, and how both change.
 
     rate : (10,) of pose and velocity
-    slopes : (10 + 15 + 4n, 10 + 4n + 5) of rate, pose, velocity, acceleration, gaps, lateral gaps and accelerometer
-        readings, by state and by α, ζ, η, bank, loads
+    slopes : (10 + 15 + 4n, 10 + 6n + 5) of rate, pose, velocity, acceleration, gaps, lateral gaps and accelerometer
+        readings, by state and by α, ζ, η, bank, loads, rates of ζ and η
     """
 
     rate: np.ndarray
@@ -96,7 +96,7 @@ def tangent_at(vehicle: Vehicle, pose, currents, irregularity=None, external=Non
         centre, current = _deviations(vehicle, pose, irregularity), currents
     values, slopes = tangents(vehicle.force_law, centre, current)
     given = np.concatenate([
-        pose, np.zeros(5), currents, np.ravel(irregularity), external, _numbers(vehicle),
+        pose, np.zeros(5), currents, np.ravel(irregularity), external, np.zeros(2 * n), _numbers(vehicle),
         values.ravel("F"), slopes.ravel("F"), centre.ravel("F"), current, strength,
     ])  # fmt: skip
     out = _compiled(Structure.of(vehicle))[1](given).full()
@@ -186,7 +186,7 @@ def _compiled(structure: Structure) -> tuple[ca.Function, ca.Function]:
     readings = ca.vertcat(m.pose, m.velocity, m.acceleration, m.gap, m.gap_lateral, m.sensed_z, m.sensed_y)
     answer, readings = ca.substitute([answer, readings], [m.external], [m.external + own])
     everything = ca.vertcat(answer, readings)
-    signals = ca.vertcat(m.pose, m.velocity, m.alpha, m.zeta, m.eta, m.bank, m.external)
+    signals = ca.vertcat(m.pose, m.velocity, m.alpha, m.zeta, m.eta, m.bank, m.external, m.surface_rate)
     result = ca.horzcat(everything, ca.jacobian(everything, signals))
     given = [signals, numbers, *map(ca.vec, (values, slopes, centre)), current, strength]
     place = [m.pose, m.zeta, m.eta, m.bank, depth, *along]

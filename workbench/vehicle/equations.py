@@ -27,6 +27,7 @@ class Motion:
 
     pose : (5,)  Z, Θ, Y, Φ, Ψ;  velocity : (5,)  dZ/dt, body rate q, dY/dt, body rates p, r
     alpha, zeta, eta, bank : (n,)  currents, surface rise, wall outward, guideway roll at each coil set
+    surface_rate : (2n,)  rates of zeta, then eta [m/s], which magnetic damping feels
     external : (5,)  force down, pitch moment, force right, roll moment, yaw moment [N, N m]
     pose_rate, acceleration : (5,)  time derivatives of pose and velocity
     gap, gap_lateral : (n,)  gap changes [m];  sensed_z, sensed_y : (n,)  accelerometer readings [m/s²]
@@ -38,6 +39,7 @@ class Motion:
     zeta: ca.SX
     eta: ca.SX
     bank: ca.SX
+    surface_rate: ca.SX
     external: ca.SX
     pose_rate: ca.SX
     acceleration: ca.SX
@@ -77,6 +79,7 @@ def equations(vehicle: Vehicle, forces_of_set: SetForces | None = None) -> Motio
     answer = forces_of_set or _law_and_damping(vehicle)
     pose, velocity, external = ca.SX.sym("pose", 5), ca.SX.sym("velocity", 5), ca.SX.sym("external", 5)
     alpha, zeta, eta, bank = (ca.SX.sym(name, n) for name in ("alpha", "zeta", "eta", "bank"))
+    surface_rate = ca.SX.sym("surface_rate", 2 * n)
     _, Theta, _, Phi, Psi = ca.vertsplit(pose)
     Z_rate, q, Y_rate, p, r = ca.vertsplit(velocity)
     R = rotation(Phi, Theta, Psi)
@@ -85,7 +88,8 @@ def equations(vehicle: Vehicle, forces_of_set: SetForces | None = None) -> Motio
         Z_rate, q * ca.cos(Phi) - r * ca.sin(Phi), Y_rate, p + swing * ca.tan(Theta), swing / ca.cos(Theta)
     )
     gap, gap_lateral = gaps(vehicle, pose, zeta, eta)
-    gap_rate, gap_lateral_rate = (ca.jtimes(g, pose, pose_rate) for g in (gap, gap_lateral))
+    moving = (ca.jtimes(g, pose, pose_rate) for g in (gap, gap_lateral))
+    gap_rate, gap_lateral_rate = (r - s for r, s in zip(moving, ca.vertsplit(surface_rate, n), strict=True))
 
     force, moment = ca.SX.zeros(3), ca.SX.zeros(3)
     for i, ((x, y), side) in enumerate(zip(vehicle.positions, vehicle.sides, strict=True)):
@@ -124,7 +128,8 @@ def equations(vehicle: Vehicle, forces_of_set: SetForces | None = None) -> Motio
         sensed_z.append(-local[2])
         sensed_y.append(side * local[1])
     return Motion(
-        pose=pose, velocity=velocity, alpha=alpha, zeta=zeta, eta=eta, bank=bank, external=external,
+        pose=pose, velocity=velocity, alpha=alpha, zeta=zeta, eta=eta, bank=bank, surface_rate=surface_rate,
+        external=external,
         pose_rate=pose_rate, acceleration=ca.vertcat(Z_acc, q_acc, Y_acc, p_acc, r_acc),
         gap=gap, gap_lateral=gap_lateral, sensed_z=ca.vertcat(*sensed_z), sensed_y=ca.vertcat(*sensed_y),
     )  # fmt: skip

@@ -56,9 +56,10 @@ class Linearisation(Result):
 def linearise(vehicle: Vehicle, at: Trim | None = None) -> Linearisation:
     """The linear vehicle about a trim; about the nominal pose, held by a constant moment, unless told otherwise.
 
-    The Plant has inputs command_i (α before the current loop, or α itself without lag), zeta_i, eta_i, bank_i and the
-    external loads; outputs are the coordinates, their rates and accelerations, and per coil set current, gap,
-    gap_lateral, acceleration_z and acceleration_y (accelerometer readings, away from the guideway positive).
+    The Plant has inputs command_i (α before the current loop, or α itself without lag), zeta_i, eta_i, bank_i, the
+    external loads and, where there is magnetic damping, the rates zeta_rate_i and eta_rate_i that it feels. Outputs are
+    the coordinates, their rates and accelerations, and per coil set current, gap, gap_lateral, acceleration_z and
+    acceleration_y (accelerometer readings, away from the guideway positive).
     """
     at = held_by_moment(vehicle) if at is None else at
     return assembled(at, _state_space(at))
@@ -84,14 +85,14 @@ def _state_space(at: Trim) -> tuple[np.ndarray, ...]:
         return tangent_at(vehicle, at.pose, at.currents, external=at.external).state_space
     m, n = equations(vehicle), vehicle.count
     state = ca.vertcat(m.pose, m.velocity)
-    signals = ca.vertcat(m.alpha, m.zeta, m.eta, m.bank, m.external)
+    signals = ca.vertcat(m.alpha, m.zeta, m.eta, m.bank, m.external, m.surface_rate)
     rate = ca.vertcat(m.pose_rate, m.acceleration)
     output = ca.vertcat(m.pose, m.velocity, m.acceleration, m.gap, m.gap_lateral, m.sensed_z, m.sensed_y)
     jacobians = ca.Function(
         "linearised", [state, signals], [ca.jacobian(f, x) for f in (rate, output) for x in (state, signals)]
     )
     here = np.concatenate([at.pose, np.zeros(5)])
-    inputs = np.concatenate([at.currents, np.zeros(3 * n), at.external])
+    inputs = np.concatenate([at.currents, np.zeros(3 * n), at.external, np.zeros(2 * n)])
     return tuple(np.array(ca.densify(J)) for J in jacobians(here, inputs))
 
 
@@ -109,6 +110,9 @@ def _plant(vehicle: Vehicle, A, B, C, D) -> Plant:
     per_set = ("gap", "gap_lateral", "acceleration_z", "acceleration_y")
     states = (*COORDINATES, *rates)
     exogenous = tuple(f"{kind}_{i}" for kind in ("zeta", "eta", "bank") for i in sets) + EXTERNAL
+    if vehicle.extras.lift_damping or vehicle.extras.lateral_damping:
+        exogenous += tuple(f"{kind}_rate_{i}" for kind in ("zeta", "eta") for i in sets)
+    B, D = (M[:, : n + len(exogenous)] for M in (B, D))
     outputs = (
         *states,
         *(f"{name}_acceleration" for name in COORDINATES),

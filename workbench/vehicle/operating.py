@@ -29,7 +29,7 @@ SHARES = (0.25, 0.5, 0.75, 1.0)  # of the disturbance, brought on step by step: 
 STEPS = 10  # of Newton's method before the disturbance is brought on in shares
 NEAR = 0.05  # [m, rad, of main coil] how far from the nominal pose a full step may lead
 SETTLED = 1e-9  # [m, rad, of main coil] of a step; the next one would be its square
-FROM_SET = ("command", "current", "zeta", "eta", "bank", "gap", "gap_lateral", "acceleration_z", "acceleration_y")
+FROM_SET = ("command", "current", "gap", "gap_lateral", "acceleration_z", "acceleration_y")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
@@ -117,9 +117,8 @@ def operating_point(
 def joined(plant: Plant, vehicle: Vehicle) -> Plant:
     """The plant with one command, one current and one group of sensors per command position.
 
-    A command goes to every coil set of its group; the group's sensors read the mean of its sets, as sensors in the
-    middle would; the guideway under the group is that under its middle, as for one coil of the group's length. Forces
-    keep their own places. A vehicle whose sets are not joined is returned as it is.
+    A command goes to every coil set of its group; the group's sensors read the mean of its sets. Forces keep their own
+    places, and the guideway reaches every set at its own. A vehicle whose sets are not joined is returned as it is.
     """
     if not vehicle.joined:
         return plant

@@ -125,7 +125,7 @@ class _Forces:
     def acceleration(self, pose, alpha, external):
         m = self.motion
         external = external + ca.mtimes(self.spring, pose)
-        still = ca.vertcat(m.velocity, m.zeta, m.eta, m.bank)
+        still = ca.vertcat(m.velocity, m.zeta, m.eta, m.bank, m.surface_rate)
         old = ca.vertcat(m.pose, m.alpha, m.external, still)
         return ca.substitute(m.acceleration, old, ca.vertcat(pose, alpha, ca.SX(external), ca.DM.zeros(still.shape)))
 

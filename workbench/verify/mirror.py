@@ -18,10 +18,8 @@ from workbench.verify.system import System
 
 TURNED = {"Y", "Phi", "Psi", "force_y", "moment_roll", "moment_yaw"}
 KEPT = {"Z", "Theta", "force_z", "moment_pitch"}
-OF_A_SET = {
-    "command": 1, "current": 1, "zeta": 1, "eta": 1, "bank": -1, "gap": 1, "gap_lateral": 1, "acceleration_z": 1,
-    "acceleration_y": 1,
-}  # fmt: skip
+OF_A_COMMAND = ("command", "current", "gap", "gap_lateral", "acceleration_z", "acceleration_y")
+OF_A_SET = {"zeta": 1, "eta": 1, "bank": -1, "zeta_rate": 1, "eta_rate": 1}
 BLOCKS = (("A", "states", "states"), ("B", "states", "inputs"), ("C", "outputs", "states"), ("D", "outputs", "inputs"))
 
 
@@ -33,33 +31,40 @@ def opposite(positions: Sequence[tuple[Any, Any]]) -> list[int]:
     return [places.index((x, -y)) for x, y in places]
 
 
-def mirror(names: Sequence[str], positions: Sequence[tuple[Any, Any]]) -> list[tuple[int, int]]:
-    """(position of the partner, sign) of each signal; positions: (x, y) of the coil sets."""
+def mirror(
+    names: Sequence[str], positions: Sequence[tuple[Any, Any]], sets: Sequence[tuple[Any, Any]] = ()
+) -> list[tuple[int, int]]:
+    """(position of the partner, sign) of each signal.
+
+    positions : (x, y) of commands and sensors;  sets : of the coil sets, where several share a command
+    """
     partner, at = opposite(positions), {name: i for i, name in enumerate(names)}
+    below = opposite(sets) if sets else partner
     out = []
     for name in names:
-        other, sign = _partner(name, partner)
+        other, sign = _partner(name, partner, below)
         if other not in at:
             raise NotProved(f"the plant's signal {name[:40]!r} has no partner on the other side")
         out.append((at[other], sign))
     return out
 
 
-def _partner(name: str, partner: Sequence[int]) -> tuple[str, int]:
+def _partner(name: str, partner: Sequence[int], below: Sequence[int]) -> tuple[str, int]:
     bare = name.removesuffix("_rate").removesuffix("_acceleration")
     if bare in TURNED or bare in KEPT:
         return name, -1 if bare in TURNED else 1
     kind, _, which = name.rpartition("_")
-    if kind in OF_A_SET and which.isdecimal() and 0 < int(which) <= len(partner):
-        return f"{kind}_{partner[int(which) - 1] + 1}", OF_A_SET[kind]
+    places = below if kind in OF_A_SET else partner
+    if (kind in OF_A_SET or kind in OF_A_COMMAND) and which.isdecimal() and 0 < int(which) <= len(places):
+        return f"{kind}_{places[int(which) - 1] + 1}", OF_A_SET.get(kind, 1)
     if which in ("right", "left") and kind.startswith(("command_", "current_")):
         return f"{kind}_{'left' if which == 'right' else 'right'}", 1
     raise NotProved(f"the plant's signal {name[:40]!r} is none that the checker can turn right to left")
 
 
-def asymmetry(plant: System, positions: Sequence[tuple[fmpq, fmpq]]) -> tuple[str, fmpq] | None:
+def asymmetry(plant: System, positions: Sequence[tuple[fmpq, fmpq]], sets=()) -> tuple[str, fmpq] | None:
     """The entry that differs most from its partner, and by how much of its matrix' largest; None if none does."""
-    turned = {kind: mirror(getattr(plant, kind), positions) for kind in ("states", "inputs", "outputs")}
+    turned = {kind: mirror(getattr(plant, kind), positions, sets) for kind in ("states", "inputs", "outputs")}
     worst: tuple[str, fmpq] | None = None
     for letter, row_kind, column_kind in BLOCKS:
         M = getattr(plant, letter)

@@ -22,7 +22,7 @@ from workbench.verify.system import System, diagonal, identity, matrix, part, st
 COORDINATES = ("Z", "Theta", "Y", "Phi", "Psi")
 LOADS = ("force_z", "moment_pitch", "force_y", "moment_roll", "moment_yaw")
 PER_SET = ("gap", "gap_lateral", "acceleration_z", "acceleration_y")
-FROM_SET = ("command", "current", "zeta", "eta", "bank", *PER_SET)
+FROM_SET = ("command", "current", *PER_SET)
 KEYS = (
     "mass_kg", "roll_inertia_kg_m2", "pitch_inertia_kg_m2", "yaw_inertia_kg_m2", "positions_m", "depth_m", "joined",
     "lift", "lateral", "moment", "drag_ratio", "gravity_m_s2", "gravity_term", "current_lag_s", "coil_length_m",
@@ -107,6 +107,11 @@ class Physics:
             forces=matrix([[k * f for k, f in zip(by_column, row, strict=True)] for row in self.forces.tolist()]),
         )
 
+    @property
+    def damped(self) -> bool:
+        """Whether magnetic damping acts, which feels the guideway's rates."""
+        return any(d != 0 for d in self.damping)
+
     def plant(self) -> System:
         """The plant that follows, with the workbench's names of signals."""
         alone = self._sets()
@@ -116,7 +121,7 @@ class Physics:
         """The plant with every coil set on its own."""
         n = len(self.positions)
         side = [1 if y > 0 else -1 for _, y in self.positions]
-        width = 10 + 4 * n + 5  # pose, rates, α, ζ, η, bank, loads
+        width = 10 + 4 * n + 5 + (2 * n if self.damped else 0)  # pose, rates, α, ζ, η, bank, loads, rates of ζ and η
         unit = [matrix([[fmpq(int(i == k)) for i in range(width)]]) for k in range(width)]
         Z, Theta, Y, Phi, Psi = unit[:5]
         alpha, zeta, eta, bank = (unit[10 + k * n : 10 + (k + 1) * n] for k in range(4))
@@ -128,6 +133,8 @@ class Physics:
         for i, ((x, y), s) in enumerate(zip(self.positions, side, strict=True)):
             gap, gap_lateral = Theta * x - Z - Phi * y, (Y + Psi * x - Phi * c) * fmpq(s)
             rates = [_rate(g, unit) for g in (gap, gap_lateral)]
+            if self.damped:
+                rates = [r - unit[10 + 4 * n + 5 + k * n + i] for k, r in enumerate(rates)]
             gap, gap_lateral = gap - zeta[i], gap_lateral - eta[i]
             gaps.append(gap)
             gaps_lateral.append(gap_lateral)
@@ -188,11 +195,16 @@ def _rate(row: fmpq_mat, unit: Sequence[fmpq_mat]) -> fmpq_mat:
 
 
 def _with_lag(rates: fmpq_mat, outputs: fmpq_mat, n: int, lag: fmpq) -> System:
-    """Rows over (pose, rates, α, ζ, η, bank, loads) as a plant, each current behind 1/(1 + lag s)."""
+    """Rows over (pose, rates, α, ζ, η, bank, loads, rates of ζ and η where they act) as a plant.
+
+    Each current is behind 1/(1 + lag s).
+    """
     motion = (*COORDINATES, *(f"{c}_rate" for c in COORDINATES))
     sets = [str(i + 1) for i in range(n)]
     currents, commands = tuple(f"current_{i}" for i in sets), tuple(f"command_{i}" for i in sets)
     exogenous = (*(f"{kind}_{i}" for kind in ("zeta", "eta", "bank") for i in sets), *LOADS)
+    if rates.ncols() > 10 + n + len(exogenous):
+        exogenous += tuple(f"{kind}_rate_{i}" for kind in ("zeta", "eta") for i in sets)
     seen = (*motion, *(f"{c}_acceleration" for c in COORDINATES), *(f"{kind}_{i}" for kind in PER_SET for i in sets))
     x, u, w = range(10), range(10, 10 + n), range(10 + n, rates.ncols())
     r, y = range(10), range(outputs.nrows())

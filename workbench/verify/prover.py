@@ -155,7 +155,9 @@ class Prover:
         groups = self.certificate.groups
         if guideway.correlation is not None and len(groups) > 1:
             groups = ("all",)
-        return [driven(self.stable_loop(g), self.table.law, guideway) for g in groups]
+        physics = self.certificate.physics
+        positions = self.table.law.positions if physics is None else physics.positions
+        return [driven(self.stable_loop(g), positions, guideway) for g in groups]
 
     def mean_square(self, name: str, kind: str = "") -> arb:
         """Mean square of an output of the plant, all groups together, and all types unless one is named."""

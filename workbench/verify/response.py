@@ -1,6 +1,6 @@
 """What a guideway, sensor noise and sensor bias do to a group: exact systems, enclosed mean squares, exact DC gains.
 
-    types A1 … A4 --shaping filters, once for the front and once for the rear sets--> augmented system --> mean squares
+    types A1 … A4 --shaping filters, once for the sets of each station--> augmented system --> mean squares
     noise of every sensor --> mean squares;   bias of every accelerometer --DC gain, worst signs--> static change
 
 The filters' poles −VΩ_k are rational; √(π · strength · V^…) is not and enters as an intensity, in balls. A type belongs
@@ -51,47 +51,49 @@ def ends(law: Law) -> tuple[int, int]:
     return max(right)[1], min(right)[1]
 
 
-def driven(loop: Loop, law: Law, guideway: Guideway) -> Driven:
-    """The stable loop of a group on the guideway."""
-    n, system = law.count, loop.system
-    stations = sorted({x for x, _ in law.positions}, reverse=True)
-    if len(stations) > 2:
-        raise NotProved("coil sets stand at more than two stations")
+def driven(loop: Loop, positions: Sequence[tuple[fmpq, fmpq]], guideway: Guideway) -> Driven:
+    """The stable loop of a group on the guideway, which reaches the coil sets at their positions (x, y)."""
+    n, system = len(positions), loop.system
+    if sum(name.startswith("zeta_") for name in system.inputs) != n and "zeta_rate_1" not in system.inputs:
+        raise NotProved("the table does not say where the guideway reaches the coil sets")
+    if "zeta_rate_1" in system.inputs:
+        raise NotProved("magnetic damping feels the guideway's rate")
+    stations = sorted({x for x, _ in positions}, reverse=True)
     w = system.index("inputs", [f"{kind}_{i + 1}" for kind in ("zeta", "eta") for i in range(n)])
     Bw = part(system.B, range(len(system.states)), w)
     Dw = part(system.D, range(len(system.outputs)), w)
-    waves = _waves(law)
+    waves = _waves(positions)
     largest = max((abs(e) for e in Bw.entries()), default=fmpq(0))
     kinds = [t for t in guideway.spectra if max(abs(e) for e in (Bw * waves[t]).entries()) > UNMOVED * largest]
     if not kinds:
         raise NotProved(f"no type of irregularity moves {loop.group}")
-    foremost = [i for i, (x, _) in enumerate(law.positions) if x == stations[0]]
-    in_front = {*foremost, *(n + i for i in foremost)}
     filters = [shaping(guideway.spectra[t], guideway.speed) for t in kinds]
     As = _block_diagonal([f[0] for f in filters])
     ns = As.nrows()
-    surface = zeros(2 * n, 2 * ns)
+    surface = zeros(2 * n, len(stations) * ns)
     at = 0
     for kind, (_, signal) in zip(kinds, filters, strict=True):
         for k, value in enumerate(signal):
             for i in range(2 * n):
-                surface[i, (0 if i in in_front else ns) + at + k] = waves[kind][i, 0] * value
+                surface[i, stations.index(positions[i % n][0]) * ns + at + k] = waves[kind][i, 0] * value
         at += len(signal)
-    both = _block_diagonal([As, As])
-    nx = len(system.states)
-    A = stacked([[both, zeros(2 * ns, nx)], [Bw * surface, system.A]])
+    each = _block_diagonal([As] * len(stations))
+    nx, nf = len(system.states), each.nrows()
+    A = stacked([[each, zeros(nf, nx)], [Bw * surface, system.A]])
     C = stacked([[Dw * surface, system.C]])
     first = [sum(len(f[1]) for f in filters[:k]) for k in range(len(filters))]
-    front, rear = zeros(2 * ns + nx, len(kinds)), zeros(2 * ns + nx, len(kinds))
-    for k, row in enumerate(first):
-        front[row, k] = fmpq(1)
-        rear[ns + row, k] = fmpq(1)
-    delay = (stations[0] - stations[-1]) / guideway.speed
+    arrivals = []
+    for j, x in enumerate(stations):
+        noise = zeros(nf + nx, len(kinds))
+        for k, row in enumerate(first):
+            noise[j * ns + row, k] = fmpq(1)
+        arrivals.append(((stations[0] - x) / guideway.speed, noise))
     apart = guideway.correlation is None
     with ctx.workprec(PRECISION):
         R = _intensities(guideway, kinds)
         alone = [_only(R, k) for k in range(len(kinds))] if apart else [R]
-        sources = [intensity(A, arb_mat(front), arb_mat(rear), part, delay) for part in alone]
+        placed = [(delay, arb_mat(noise)) for delay, noise in arrivals]
+        sources = [intensity(A, placed, part) for part in alone]
     outputs = dict(zip(system.outputs, C.tolist(), strict=True))
     return Driven(Stationary(A, *sources), outputs, tuple(kinds) if apart else ())
 
@@ -141,9 +143,9 @@ def static_gains(loop: Loop, law: Law, names: Sequence[str]) -> fmpq_mat:
     return seen.D - seen.C * seen.A.solve(seen.B)
 
 
-def _waves(law: Law) -> dict[str, fmpq_mat]:
+def _waves(positions: Sequence[tuple[fmpq, fmpq]]) -> dict[str, fmpq_mat]:
     """Type to its column over ζ_1 … ζ_n, η_1 … η_n: ζ_right,left = A1 ± A2, η_right,left = A4 ± A3."""
-    n, side = law.count, [fmpq(s) for s in law.sides]
+    n, side = len(positions), [fmpq(1 if y > 0 else -1) for _, y in positions]
     one, none = [fmpq(1)] * n, [fmpq(0)] * n
     columns = {"A1": one + none, "A2": side + none, "A3": none + side, "A4": none + one}
     return {name: matrix([[e] for e in column]) for name, column in columns.items()}

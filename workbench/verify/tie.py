@@ -34,6 +34,14 @@ def faults_of(table: Table) -> list[str]:
     return faults + (_carried(physics) if physics else [])
 
 
+def _sets(table: Table) -> tuple[Sequence[tuple[fmpq, fmpq]], Sequence[Sequence[int]]]:
+    """Places of the coil sets, and those of each command."""
+    physics = table.certificate.physics if table.certificate else None
+    places = table.law.positions if physics is None else physics.positions
+    alone = [(i,) for i in range(len(places))]
+    return places, (physics.joined if physics else ()) or alone
+
+
 def _kinematics(table: Table) -> list[str]:
     """The plant's outputs are those of sensors at the law's places."""
     wrong = [fault for fault in _outputs(table) if fault]
@@ -66,12 +74,14 @@ def _outputs(table: Table) -> Iterator[str]:
         expected[name] = [({"C": {at[k]: one}}, {})]
     for k, name in enumerate(COORDINATES):
         expected[f"{name}_acceleration"] = [({}, {k: one})]
+    _, groups = _sets(table)
     for i, ((x, y), s) in enumerate(zip(law.positions, law.sides, strict=True)):
-        n = i + 1
-        zeta, eta = plant.index("inputs", [f"zeta_{n}", f"eta_{n}"])
-        expected[f"gap_{n}"] = [({"C": {at[0]: -one, at[1]: x, at[3]: -y}, "D": {zeta: -one}}, {})]
+        n, share = i + 1, fmpq(-1, len(groups[i]))  # sensors of a command read the mean over its coil sets
+        zeta, eta = (plant.index("inputs", [f"{kind}_{k + 1}" for k in groups[i]]) for kind in ("zeta", "eta"))
+        vertical = {at[0]: -one, at[1]: x, at[3]: -y}
+        expected[f"gap_{n}"] = [({"C": vertical, "D": dict.fromkeys(zeta, share)}, {})]
         lateral = {at[2]: one * s, at[4]: x * s, at[3]: -law.depth * s}
-        expected[f"gap_lateral_{n}"] = [({"C": lateral, "D": {eta: -one}}, {})]
+        expected[f"gap_lateral_{n}"] = [({"C": lateral, "D": dict.fromkeys(eta, share)}, {})]
         expected[f"acceleration_z_{n}"] = [({}, {0: -one, 1: x, 3: -y})]
         felt = {2: one * s, 4: x * s, 3: -law.depth * s}
         expected[f"acceleration_y_{n}"] = [({}, felt), ({"C": {at[3]: -gravity * s}}, felt)]
@@ -104,7 +114,7 @@ def _symmetry(table: Table) -> list[str]:
     if groups == ("all",):
         return []
     try:
-        worst = asymmetry(table.plant, table.law.positions)
+        worst = asymmetry(table.plant, table.law.positions, _sets(table)[0])
     except NotProved as error:
         return [f"the groups must not be coupled, and {error}"]
     if worst is None:

@@ -60,12 +60,16 @@ class Stationary:
             return sum(self.mean_squares(row), arb(0))
 
 
-def intensity(A: fmpq_mat, front: arb_mat, rear: arb_mat, R: arb_mat, delay: fmpq) -> arb_mat:
-    """Q of white noises with intensity R that reach the rear a delay later."""
+def intensity(A: fmpq_mat, arrivals: Sequence[tuple[fmpq, arb_mat]], R: arb_mat) -> arb_mat:
+    """Q of white noises with intensity R that arrive by each matrix after its delay, foremost first."""
     with ctx.workprec(PRECISION):
-        met = arb_mat(A * delay).exp() * front
-        cross = met * R * rear.transpose()
-        return front * R * front.transpose() + rear * R * rear.transpose() + cross + cross.transpose()
+        total = arb_mat(A.nrows(), A.nrows())
+        for j, (later, C) in enumerate(arrivals):
+            total += C * R * C.transpose()
+            for first, B in arrivals[:j]:
+                cross = arb_mat(A * (later - first)).exp() * B * R * C.transpose()
+                total += cross + cross.transpose()
+        return total
 
 
 def _weights(A: arb_mat) -> list[arb]:
