@@ -199,8 +199,8 @@ def exact_plant(plant: Plant):
 def plant_part(plant: Plant, positions=(), sets=()) -> dict[str, Any]:
     """The plant part of a gain table.
 
-    positions, sets : (x, y) of commands, and of coil sets where several share one; where the plant is the same right and left but for rounding, it is printed so
-        in every digit, for only then may its groups be proved apart
+    positions, sets : (x, y) of commands, and of coil sets where several share one; where the plant is the same right
+        and left but for rounding, it is printed so in every digit, for only then may its groups be proved apart
     """
     blocks = _symmetric(plant, positions, sets) if positions else {k: getattr(plant, k) for k in "ABCD"}
     matrices = {k: [[_decimal(x) for x in row] for row in block] for k, block in blocks.items()}

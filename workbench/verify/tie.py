@@ -9,7 +9,7 @@
 Each tie answers with sentences, one for each thing that does not hold.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 from flint import fmpq
