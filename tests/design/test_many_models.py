@@ -169,9 +169,19 @@ def test_screened_margins_are_the_exact_ones(revenue):
     for values, misses in zip(each, screened, strict=True):
         exact = [Requirement(v.name, v.limit).shortfall(v.value) for v in search.verdicts(values, revenue.approved)]
         # damping and decay are eigenvalues both times; the exact peak is the upper end of a bracket of 1e-6
-        assert misses[:3] == pytest.approx(exact[:3], rel=1e-5, abs=3e-6)
-        # interpolated between frequencies 4 % apart: the bend of the phase over such a step
-        assert misses[3] == pytest.approx(exact[3], abs=5e-3)
+        assert misses == pytest.approx(exact, rel=1e-5, abs=3e-6)
+
+
+def test_screened_delay_margins_are_the_exact_ones_whatever_the_frequency_of_the_crossing(heave):
+    # a light vehicle under strong currents crosses at 10^5 rad/s, a heavy one under weak currents below 1 rad/s
+    gains = heave.approved.with_values(K_h=50.0, K_hdot=-97.64, tau_h=4.0)
+    search = Search(heave, Variation(box=Box({"mass": (0.05, 9.0), "current_force": (0.05, 9.0)})))
+    at = [r.name for r in search.asked].index("delay margin")
+    corners = [{"mass": m, "current_force": c} for m in (0.05, 9.0) for c in (0.05, 9.0)]
+    for values, missed in zip(corners, search.shortfalls(corners, gains)[:, at], strict=True):
+        exact = search.verdicts(values, gains)[at]
+        if exact.value is not None:
+            assert missed == pytest.approx(search.asked[at].shortfall(exact.value), rel=1e-6)
 
 
 def test_an_unstable_model_has_poles_but_no_peak(revenue):

@@ -2,8 +2,8 @@
 
     settings --read once--> readings, stacked --close--> loops (b, n, n) --eigenvalues, fractions--> margins (b,)
 
-Damping and decay are eigenvalues; the peak sensitivity is pursued on a grid, the delay margin interpolated on one. Good
-to some digits, and a hundred times cheaper than the exact measures, which then judge the few worst.
+Damping, decay and the crossings of the delay margin are eigenvalues; the peak sensitivity is pursued on a grid. Good to
+some digits, and a hundred times cheaper than the exact measures, which then judge the few worst.
 """
 
 from collections.abc import Sequence
@@ -16,11 +16,10 @@ from workbench.analysis.setting import Setting
 from workbench.control.gains import GAIN_NAMES, Gains
 from workbench.design.model import STABILITY, Model
 from workbench.design.requirement import Requirement
-from workbench.study.closing import Closed, Closing
+from workbench.study.closing import Closing
 from workbench.study.plants import Reading, read
 
 AT_ONCE = 128  # loops in a stack: few enough to stay in the cache
-DELAY_GRID = np.geomspace(0.03, 1e4, 300)  # [rad/s] where |L| = 1 is looked for; a step is 4 %
 
 
 class Screening:
@@ -66,28 +65,8 @@ class Screening:
         if len(stable):
             own = [c.only(stable) for c in closed]
             peak[stable] = np.max([c.peak() for c in own], axis=0)
-            delay[stable] = np.min([_delay(c) for c in own], axis=0)
+            delay[stable] = np.min([c.delay()[0] for c in own], axis=0)
         return dict(zip(STABILITY, (damping, decay, peak, delay), strict=True))
-
-
-def _delay(closed: Closed) -> np.ndarray:
-    """Smallest dead time (b,) that one current pattern bears: where Re T = 1/2, |L| = 1 of its broken loop."""
-    left, right = closed.modes.residues(closed.B_command, closed.U)
-    diagonal = right.transpose(0, 2, 1) * left  # (b, n, k) residues of S_ii
-    direct = np.einsum("bkk->bk", closed.E)
-    w = DELAY_GRID
-    S = (1 / (1j * w[:, None] - closed.modes.poles[:, None, :])) @ diagonal + direct[:, None]  # (b, w, k)
-    T = 1 - S
-    off = T.real - 0.5
-    crosses = off[:, :-1] * off[:, 1:] <= 0
-    change = off[:, :-1] - off[:, 1:]
-    share = np.where(crosses, off[:, :-1] / np.where(change == 0, 1.0, change), 0.0)
-    height = T.imag[:, :-1] + share * np.diff(T.imag, axis=1)
-    omega = np.exp(np.log(w[:-1, None]) + share * np.diff(np.log(w))[:, None])
-    loop = (0.5 + 1j * height) / (0.5 - 1j * height)
-    lag = np.angle(-loop) % (2 * np.pi)
-    found = np.where(crosses, lag / omega, np.inf).min(axis=(1, 2))
-    return np.where((np.abs(1 / direct - 1) >= 1).any(axis=1), 0.0, found)
 
 
 def _stacked(readings: Sequence[Reading]) -> Reading:

@@ -36,8 +36,8 @@ def _of_channel(poles: np.ndarray, residues: np.ndarray, d: np.ndarray) -> Found
     weights = 2 * residues * poles / through[:, None]
     z = np.linalg.eigvals(np.eye(n) * (poles**2)[:, :, None] - weights[:, None, :])
     off = np.abs(z.imag) / np.maximum(np.abs(z), np.finfo(float).tiny)
-    crossing = (z.real < 0) & (off < REAL)
-    sound &= ~((z.real < 0) & (off >= REAL) & (off < UNCLEAR)).any(axis=1)
+    crossing = (z.real < 0) & (off < UNCLEAR)  # those too near to call count: the margin is rather too small
+    sound &= ~(crossing & (off >= REAL)).any(axis=1)
     omega, value, reached = _pursued(poles, residues, d, np.sqrt(np.where(crossing, -z.real, 1.0)))
     sound &= (reached | ~crossing).all(axis=1)
     loop = (1 - value) / value
