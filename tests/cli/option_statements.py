@@ -65,6 +65,7 @@ STATEMENTS: dict[tuple[str, str], Words] = {
     ("design", "boxes"): Words(
         QUICK.replace("--no-boxes", ""), "--boxes", ("file gains.json",), "--no-boxes", slow=True,
     ),
+    ("design", "budget-seconds"): Words(f"{QUICK} --budget-seconds", "0", (), "100", 2, slow=True),
     ("design", "json"): Words(QUICK.replace(" --json", ""), "--json", ("text",), slow=True),
     ("analyse", "gains"): Words("analyse heave --json", f"--gains {table('heave_pitch')}", ("poles", "gains.K_h")),
     ("analyse", "speed"): Words("analyse scheduled_vehicle --json", "--speed 100", ("poles", "gains.K_h"), slow=True),
