@@ -33,6 +33,7 @@ MOST_KINKS = 150
 MOST_PIECES = 30_000
 FIRST_STEP = 0.05  # of the fastest state's time
 CLOSE = 1e-12  # of an instant: two that differ by less are the same
+NEARLY = 0.02  # of the largest: more than a piece's 36 looks are below its own largest
 ACCURACY = 1e-9  # of the largest response: a hundred times a piece's tolerance, for what pieces hand on
 BY_STEPS = "method of steps, dead times exact"
 
@@ -145,7 +146,7 @@ class Pieces:
         times = start[:, None] + length[:, None] * (1 + fine) / 2
         values = np.where(times >= begin, values, -math.inf)
         top = values.max(axis=1)
-        for k in np.argsort(-top)[:8]:
+        for k in np.argsort(-top)[: max(2, int(np.sum(top >= top.max() - NEARLY * abs(top.max()))))]:
             turning = legendre.legroots(np.trim_zeros(legendre.legder(coefficients[k]), "b"))
             turning = turning.real[(np.abs(turning.imag) < 1e-6) & (np.abs(turning.real) <= 1)]
             for place in [*turning, fine[int(np.argmax(values[k]))]]:
