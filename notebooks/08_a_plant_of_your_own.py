@@ -41,7 +41,7 @@ from workbench.tuning import (
 # ## The plant: a motor that turns a load through a shaft
 #
 # Torque to angle of the load, with a resonance at 20 rad/s that hardly damps. A command takes 5 ms to act: the dead
-# time is exact in every frequency response, and a Padé fraction only where poles are counted.
+# time is exact wherever the loop is judged: frequency responses, counted poles, step responses.
 
 # %%
 s = control.tf("s")

@@ -2,7 +2,7 @@
 
 DelayedPlant, AffineLaw, gains --dense frequencies, refined at the peaks--> largest σ_max of S, T, Q and where
                                --intervals with bounds of the slopes------> a ceiling that holds between them too
-                               --turns of det(sI + P·sK)/(s + ω_0)^p------> poles in the right half plane
+                               --turns of det(sI + P·sK), each step proved-> poles in the right half plane
 """
 
 import math
@@ -108,19 +108,14 @@ def local_peaks(curve: np.ndarray, above: float) -> np.ndarray:
 def unstable_poles(plant: DelayedPlant, law: AffineLaw, x: np.ndarray) -> int:
     """How many closed-loop poles lie in the closed right half plane, with exact dead times; −1 if undecided.
 
-    For a stable plant and a law stable but for integrators, det(sI + P·sK)/(s + ω_0)^p is analytic there and tends to
-    det(I + P(∞)K(∞)), 1 for a strictly proper plant, so its zeros are counted by its turns round 0 along the imaginary
-    axis. The frequencies are refined until every step turns by less than π/4.
+    For a stable plant and a law stable but for integrators, det(sI + P·sK)/sᵖ is analytic there but at 0 and tends to 1
+    for a strictly proper plant, so the zeros of W = sI + P·sK are counted by its turns along the imaginary axis. A step
+    about m is accepted where ‖W⁻¹‖ ‖ΔW‖ ≤ ρ < 1 on all of it: det W has no zero there, and its turn differs from
+    Im tr W⁻¹ΔW by no more than p (−log(1 − ρ) − ρ), so that the nearer multiple of 2π is known.
     """
     if any(len(e.numerator) == len(e.denominator) and e.numerator[0] for row in plant.entries for e in row):
         raise InputError("the count of turns needs a strictly proper plant; got an entry with feedthrough.")
-    centre = math.sqrt(plant.slowest() * plant.fastest())
-
-    def curve(omega: np.ndarray) -> np.ndarray:
-        W = Sample.of(plant, law, omega).returned(x)
-        return np.linalg.det(W / (1j * omega[:, None, None] + centre))
-
-    omega = dense(plant, law).omega
+    omega, p = dense(plant, law).omega, plant.shape[0]
     far = omega[-1]
     for _ in range(40):  # on to where the loop gain is small for good: |P K| falls at least as 1/ω there
         gain = np.linalg.norm(Sample.of(plant, law, np.array([far])).over(x)["T"][0]) / far
@@ -128,24 +123,54 @@ def unstable_poles(plant: DelayedPlant, law: AffineLaw, x: np.ndarray) -> int:
             break
         far *= 4
     omega = np.r_[omega, np.geomspace(omega[-1], far, 200)[1:]] if far > omega[-1] else omega
-    value = curve(omega)
-    for _ in range(20):
-        if not np.abs(value).min() > 0:
+    if not np.isfinite(x).all() or np.linalg.slogdet(Sample.of(plant, law, omega[:1]).returned(x))[0][0] == 0:
+        return -1  # a pole at rest
+    low, high, total, tested = omega[:-1], omega[1:], 0.0, 0
+    while len(low):
+        tested += len(low)
+        if tested > MOST_INTERVALS:
             return -1
-        turn = np.angle(value[1:] / value[:-1])
-        wide = np.flatnonzero(np.abs(turn) > math.pi / 4)
-        if len(wide) == 0:
-            break
-        if len(omega) > MOST_INTERVALS:
-            return -1
-        middle = (omega[wide] + omega[wide + 1]) / 2
-        omega, value = np.insert(omega, wide + 1, middle), np.insert(value, wide + 1, curve(middle))
-    else:
-        return -1
-    # from the last frequency the curve goes to 1 within a disc of radius < 1 that does not hold 0
-    total = turn.sum() - np.angle(value[-1])
-    zeros = -total / math.pi  # the upper half of the axis is half of a clockwise contour; mirrored below
+        sound, turned = _turns(plant, law, x, low, high)
+        total += float(turned[sound].sum())
+        low, high = low[~sound], high[~sound]
+        if len(low) and (high - low <= 1e-12 * np.maximum(high, omega[1])).any():
+            return -1  # a pole on the axis, or nearer to it than rounding tells
+        middle = (low + high) / 2
+        low, high = np.concatenate([low, middle]), np.concatenate([middle, high])
+    # beyond, det W/sᵖ goes to 1 within a disc of radius < 1 that does not hold 0; W is real at rest
+    last = np.linalg.slogdet(Sample.of(plant, law, omega[-1:]).returned(x) / (1j * omega[-1]))[0][0]
+    zeros = p / 2 - (total - np.angle(last)) / math.pi
     return round(float(zeros)) if abs(zeros - round(float(zeros))) < 0.1 else -1
+
+
+def _turns(plant, law, x, low, high) -> tuple[np.ndarray, np.ndarray]:
+    """Which intervals are accepted, and the turn of det W over each."""
+    middle, half, p = (low + high) / 2, (high - low) / 2, plant.shape[0]
+    W, at_low, at_high = (Sample.of(plant, law, at).returned(x) for at in (middle, low, high))
+    try:
+        inverse = np.linalg.inv(W)
+    except np.linalg.LinAlgError:
+        return np.zeros(len(low), bool), np.zeros(len(low))
+    moved = half * (1 + _loop_slope(plant, law, x, low, high, middle))
+    size = np.linalg.norm(inverse, 2, axis=(1, 2)) * moved
+    with np.errstate(divide="ignore", invalid="ignore"):
+        sound = (size < 1) & (p * (-np.log1p(-np.minimum(size, 1.0)) - size) < math.pi / 2)
+    start, turned = np.linalg.slogdet(W)[0], np.zeros(len(low))
+    for sign, other in ((-1, at_low), (1, at_high)):
+        predicted = np.einsum("kij,kji->k", inverse, other - W).imag
+        with np.errstate(invalid="ignore", divide="ignore"):
+            found = np.angle(np.linalg.slogdet(other)[0] / start)
+        turned += sign * (found + 2 * math.pi * np.round((predicted - found) / (2 * math.pi)))
+    return sound, turned
+
+
+def _loop_slope(plant, law, x, low, high, middle) -> np.ndarray:
+    """Bounds (k,) of ‖d(P·sK)/dω‖ on intervals."""
+    half, sample = (high - low) / 2, Sample.of(plant, law, middle)
+    plant_slope = plant.slope_bound(low, high)
+    largest_plant = np.linalg.norm(plant.response(middle), axis=(1, 2)) + half * plant_slope
+    largest_law = np.linalg.norm(sample.over(x)["Q"], axis=(1, 2))
+    return largest_plant * law.slope_bound(x, low, high) + plant_slope * largest_law
 
 
 def ceiling_holds(plant: DelayedPlant, law: AffineLaw, x: np.ndarray, limits: dict[str, float]) -> float | None:
@@ -187,10 +212,7 @@ def _interval_holds(plant, law, x, limits, low, high) -> tuple[np.ndarray, np.nd
     size = np.linalg.norm(inverse, 2, axis=(1, 2))
     over = sample.over(x)
     law_slope = law.slope_bound(x, low, high)
-    plant_slope = plant.slope_bound(low, high)
-    largest_plant = np.linalg.norm(plant.response(middle), axis=(1, 2)) + half * plant_slope
-    largest_law = np.linalg.norm(over["Q"], axis=(1, 2))
-    loop_slope = largest_plant * law_slope + plant_slope * largest_law
+    loop_slope = _loop_slope(plant, law, x, low, high, middle)
     room = 1 - size * half * (1 + loop_slope)
     good, passed = room > 0, np.zeros(len(low), bool)
     for name, slope in (("S", np.ones_like(half)), ("T", loop_slope), ("Q", law_slope)):

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from workbench.tuning.structure import Controller
 
 UNITS = {"output": 1.0, "g": GRAVITY}  # of a mask's amplitude, in units of the outputs
+HALVINGS, SETTLED = 5, 1e-7  # of the panels of a judged integral, and the relative change that ends them
 PANEL_NODES = {
     "normal": 6,
     "dense": 12,

@@ -5,9 +5,9 @@
            │   └───────────┘  │
            └── e^(−s·time) ◄──┘   a delay line for each dead time: from one of the plant's outputs to one of its inputs
 
-This linear fractional form holds dead times at inputs, at outputs and inside alike. Frequency responses are exact;
-where a finite number of states is needed, each line becomes a Padé fraction (continuous) or a chain of states
-(discrete).
+This linear fractional form holds dead times at inputs, at outputs and inside alike. Frequency responses, poles and step
+responses that judge are exact; where a search needs a finite number of states, each line becomes a Padé fraction
+(continuous) or, exactly, a chain of states (discrete).
 """
 
 import math
