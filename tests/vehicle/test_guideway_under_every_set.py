@@ -11,6 +11,7 @@ from workbench.analysis.spectra import response_spectra
 from workbench.analysis.variance import arriving, stationary
 from workbench.export.problem import load_problem
 from workbench.guideway.irregularity import TYPES, leads, patterns, phasors
+from workbench.ledger.model import model_sheet
 from workbench.simulation import Rig, simulate
 from workbench.vehicle import linearise
 from workbench.vehicle.operating import operating_point
@@ -140,3 +141,12 @@ def test_mean_squares_with_damping_are_the_areas_under_their_densities():
 def test_every_type_meets_every_set():
     assert patterns(TWO.setting.sets).shape == (16, len(TYPES))
     assert TWO.setting.under.sum(axis=1) == pytest.approx(np.ones(4))
+
+
+def test_the_written_model_of_joined_sets_has_their_commands():
+    sheet = model_sheet(TWO.vehicle, TWO.law, TWO.approved, "two", TWO.setting.plant)
+    roots = np.concatenate([p.roots for p in sheet.polynomials])
+    assert roots.real.max() == pytest.approx(-analyse(TWO.setting, TWO.approved).decay, rel=1e-6)
+    lifted = next(t for t in sheet.transfers if (t.output, t.input) == ("Z", "Z_g"))
+    # guideway and vehicle raised together: nothing changes
+    assert lifted.numerator[0] / lifted.denominator[0] == pytest.approx(-1.0, rel=1e-9)

@@ -17,6 +17,7 @@ from workbench.lti import Plant
 from workbench.lti.signals import ANTISYMMETRIC, COORDINATES, SYMMETRIC
 from workbench.result import Result, Row
 from workbench.vehicle import Linearisation, Vehicle, linearise
+from workbench.vehicle.operating import joined
 
 MATRICES = ("stiffness", "damping", "current", "zeta", "eta", "bank")
 ROUNDING = 1e-13  # relative; entries carry 1e-16, products of four of them and sums over the sets a hundred times that
@@ -112,13 +113,13 @@ def model_sheet(
     linear = linearise(vehicle)
     polynomials = []
     for part in GROUP_COORDINATES:
-        loop = loop_polynomial(plant or linear.plant, law, part, gains)
+        loop = loop_polynomial(plant or joined(linear.plant, vehicle), law, part, gains)
         polynomials.append(Polynomial(part=part, coefficients=tuple(loop.characteristic()), roots=loop.roots()))
     report = vehicle.count == 4 and not law.split
     return Sheet(
         name=name, gains=gains, inertia=linear.inertia,
         matrices=tuple(_matrices(linear)), polynomials=tuple(polynomials),
-        transfers=() if law.split else tuple(_transfers(linear, law, gains)),
+        transfers=() if law.split else tuple(_transfers(joined(linear.plant, vehicle), vehicle, law, gains)),
         comparisons=compare(vehicle, law, gains).comparisons if report else (), errata=errata() if report else (),
     )  # fmt: skip
 
@@ -133,18 +134,18 @@ def _matrices(linear: Linearisation):
                 yield Matrix(name=kind, group=group, rows=names, entries=held)
 
 
-def _transfers(linear: Linearisation, law: ModalLaw, gains: Gains):
-    x, y = (np.array(c, float) for c in zip(*law.positions, strict=True))
-    one = np.ones(law.count)
+def _transfers(plant: Plant, vehicle: Vehicle, law: ModalLaw, gains: Gains):
+    x, y = np.array(vehicle.positions, float).T
+    one, side = np.ones(vehicle.count), np.array(vehicle.sides)
     moves = {  # how the guideway moves under the sets for each of the report's inputs
         ("heave", "Z_g"): {"zeta": one},
         ("pitch", "theta_g"): {"zeta": x},
-        ("yaw", "psi_g"): {"eta": law.side * x},
-        ("sway_roll", "y_g"): {"eta": law.side},
-        ("sway_roll", "phi_g"): {"zeta": -y, "eta": -law.side * law.depth, "bank": one},
+        ("yaw", "psi_g"): {"eta": side * x},
+        ("sway_roll", "y_g"): {"eta": side},
+        ("sway_roll", "phi_g"): {"zeta": -y, "eta": -side * law.depth, "bank": one},
     }
     for (part, given), kinds in moves.items():
-        loop = loop_polynomial(linear.plant, law, part, gains)
+        loop = loop_polynomial(plant, law, part, gains)
         weights = {f"{kind}_{i + 1}": float(w) for kind, pattern in kinds.items() for i, w in enumerate(pattern)}
         under = tuple(loop.characteristic())
         for output in loop.unknowns:
