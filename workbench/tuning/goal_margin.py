@@ -21,6 +21,7 @@ from workbench.tuning.goal_gain import GainShape
 from workbench.tuning.goal_mu import gradient, lower, scalings
 from workbench.tuning.goal_peak import Axis, PeakMeasure, Piece, Sampled, sampled
 from workbench.tuning.goal_search import local_peaks, seeds
+from workbench.tuning.peak_bound import CLOSE
 from workbench.tuning.peak_ceiling import Ceiling, enclosure, mu_ceiling
 from workbench.tuning.peak_crossing import crossings, pursued
 
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
     from workbench.tuning.structure import Controller
 
 BISECTIONS = 60
+MU_CLOSE = 2e-3  # relative: as near as turns and scalings of three and more channels come to each other
 FINEST = 1e-4  # tolerance of the disk margin where a limit lies inside its bracket
 ROUNDED = 1e-13  # of ½: S(∞) this near to it leaves open which side of 1 the loop gain is on
 PURSUED = 1e-9  # relative: what rounding leaves of a crossing's place and lag
@@ -79,7 +81,8 @@ class Margins(Goal):
             return Bound(
                 self, PeakMeasure(channel, GainShape.of(channel, minus=half, profile=1 / self.alpha), self.focus)
             )
-        return Bound(self, DiskMeasure(PeakMeasure(channel, MuShape(self.alpha, self.points), self.focus)))
+        close = CLOSE if count == 2 else MU_CLOSE
+        return Bound(self, DiskMeasure(PeakMeasure(channel, MuShape(self.alpha, self.points), self.focus, close)))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

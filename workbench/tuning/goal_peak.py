@@ -21,7 +21,7 @@ from workbench.errors import InputError
 from workbench.tuning.goal import FULL_BAND, NEAR, Value, infinite, near, stability_reason
 from workbench.tuning.goal_search import local_peaks, peaks, seeds
 from workbench.tuning.loop_count import unstable_poles
-from workbench.tuning.peak_bound import Bracket, bracket, farther
+from workbench.tuning.peak_bound import CLOSE, Bracket, bracket, farther
 from workbench.tuning.peak_ceiling import Ceiling, Panels
 
 if TYPE_CHECKING:
@@ -187,6 +187,7 @@ class PeakMeasure:
     channel: Any
     shape: Shape
     band: tuple[float, float] = FULL_BAND
+    close: float = CLOSE  # relative width of the bracket where branch and bound judges
 
     def __post_init__(self) -> None:
         h = self.channel.sample_time
@@ -294,8 +295,8 @@ class PeakMeasure:
         if endless:
             grid, rest = farther(grid, float(late.max(initial=0.0)), local_peaks(size_seen, grid)[0][1],
                                  lambda start: ceiling.beyond(start, float(true(np.array(start)))))  # fmt: skip
-        found = bracket(size_seen, above, grid, floor=rest)
-        if found.value < 1 < found.upper and rest <= 1:  # the bracket is not to leave open what a closer one tells
+        found = bracket(size_seen, above, grid, self.close, rest)
+        if found.value < 1 < found.upper and rest <= 1 and self.close == CLOSE:  # a closer one tells
             found = bracket(size_seen, above, grid, TELLING, rest)
         return found._replace(frequency=float(true(np.array(found.frequency))))
 
