@@ -202,3 +202,17 @@ def test_equal_designs_are_equal_to_the_last_bit_with_one_two_and_three_workers(
         shared = run_study(read_study(tmp_path / "s.toml"), tmp_path / f"by{workers}", workers=workers)
         assert shared.columns == alone.columns
     assert all(len(set(values)) == 1 for name, values in alone.columns.items() if name != "row")
+
+
+def test_a_quantity_that_no_design_has_is_refused_before_the_first_one_even_without_approved_gains(tmp_path):
+    (tmp_path / "copy").mkdir()
+    shutil.copy(shipped_problems()["heave"] / "data.toml", tmp_path / "copy" / "data.toml")
+    tables = '[[parameter]]\nname = "mass"\nvalues = [1.0]\n'
+    for name, fits in (("dampin", False), ("damping", True)):
+        text = f'[study]\nproblem = "copy"\noutput = "csv"\nquantities = ["{name}"]\n{DESIGNED}{tables}'
+        (tmp_path / "s.toml").write_text(text)
+        if fits:
+            assert run_study(read_study(tmp_path / "s.toml"), tmp_path / "out").columns["error"] == [""]
+        else:
+            with pytest.raises(InputError, match="did you mean 'damping'"):
+                run_study(read_study(tmp_path / "s.toml"), tmp_path / "out")

@@ -252,10 +252,9 @@ def _check_memory(study: Study, quantities) -> None:
 
 
 def _check_quantities(problem, gains, quantities) -> None:
-    """Refuses quantities and parameters that no row could have, by one analysis of the problem as it stands."""
-    if gains is None:
-        return
-    document = document_of(problem, Gains.from_mapping(gains), quantities)
+    """Refuses quantities that no row could have, by one analysis: of the gains to vary, or of some within bounds."""
+    some = gains or {**problem.fixed, **{name: (low + high) / 2 for name, (low, high) in problem.bounds.items()}}
+    document = document_of(problem, Gains.from_mapping(some), quantities)
     for name in quantities:
         value_at(document, name)
 
