@@ -28,7 +28,7 @@ def _modes(*pairs):
     return loop_of(plant(A, B, C, inputs=["w"], outputs=["z"]), controls=["w"], measured=["z"])
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_a_response_with_dead_times_stays_within_its_enclosure(seed):
     random = np.random.default_rng(seed)
     structure = Structure(gain(["y1", "y2"], ["u1", "u2"], 0.1))
@@ -45,7 +45,7 @@ def test_a_response_with_dead_times_stays_within_its_enclosure(seed):
         assert np.all(rest <= jet.bend * radius**2 / 2 + 1e-12)  # rounding
         assert np.all(spectral(response) <= jet.largest(spectral) + 1e-12)
     for start in (30.0, 300.0):
-        far = spectral(channel.response(K, np.linspace(start, 20 * start, 20_000)))
+        far = spectral(channel.response(K, np.linspace(start, 20 * start, 4_000)))
         assert far.max() <= sum(enclosed.beyond(start))
 
 
@@ -80,7 +80,7 @@ def test_a_density_that_slopes_against_its_mask_is_bracketed_where_the_product_p
 def test_random_loops_with_dead_time_have_their_peak_within_the_bracket_in_any_unit_of_time():
     random = np.random.default_rng(5)
     seen = 0
-    for _ in range(16):
+    for _ in range(10):
         unit, T = 10 ** random.uniform(-6, 6), 10 ** random.uniform(-1.5, 1.5)
         k = random.uniform(0.2, 1.2) * (1 + 1.2 / T)
         zeta, omega = 10 ** random.uniform(-3, 0), 10 ** random.uniform(-0.5, 1)
@@ -93,12 +93,12 @@ def test_random_loops_with_dead_time_have_their_peak_within_the_bracket_in_any_u
             continue
         seen += 1
         around = omega * (1 + zeta * np.linspace(-20, 20, 40_001))
-        grid = np.r_[np.linspace(0, 60, 300_001), around[around > 0]]
+        grid = np.r_[np.linspace(0, 60, 150_001), around[around > 0]]
         L = k * np.polyval(num, 1j * grid) / np.polyval(den, 1j * grid) * np.exp(-1j * grid * T)
         largest = np.abs(1 / (1 + L)).max()
         assert largest * (1 - 1e-9) <= value.upper <= value.value * (1 + 2e-6)
-        assert value.value == pytest.approx(largest, rel=1e-4)  # of the sampling
-    assert seen >= 6
+        assert value.value == pytest.approx(largest, rel=3e-4)  # of the sampling
+    assert seen >= 4
 
 
 def test_a_comb_of_peaks_under_a_long_dead_time_is_searched_to_its_last_tooth():
