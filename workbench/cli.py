@@ -15,10 +15,14 @@ def main(arguments: list[str] | None = None) -> None:
     """Runs one command in a process of its own and leaves with its exit code."""
     interrupts.watch()
 
+    import warnings
+
     from workbench import supervision
     from workbench.terminal import outlive_readers
     from workbench.threads import keep_one_thread
 
+    if not sys.warnoptions:
+        warnings.simplefilter("ignore")  # of libraries; a command says what it has to say itself
     keep_one_thread()  # nothing has loaded NumPy yet
     outlive_readers()
     supervision.permit()

@@ -16,6 +16,7 @@ from workbench.errors import InputError
 from workbench.lti import Plant
 from workbench.result import Result, Row
 
+LARGEST = 1e150  # its square is a double
 MOST_DELAY = 50  # samples; beyond, the delay line is longer than any loop here bears
 PASSED = 1e-9  # |z| of a pole that is a delay gone by (DEFINITIONS, Sampled loop)
 BISECTIONS = 30  # of a delay: to 1e-9 of the interval
@@ -79,8 +80,10 @@ def sampled_loop(
         )
     seen = plant.select(inputs=commands, outputs=sensors)
     closed = _closed(_sampled(seen, T, computing_delay), moving(law))
+    for matrix in closed:
+        _check_range(matrix)
     poles = np.linalg.eigvals(closed[0])
-    if np.abs(poles).max() >= 1:
+    if not np.abs(poles).max() < 1:
         return SampledLoop(
             sample_time=T, computing_delay=computing_delay, stable=False, poles=poles,
             damping=None, decay=None, peak_sensitivity=None, delay_reserve=0.0,
@@ -155,12 +158,23 @@ def _sampled(plant: Plant, T: float, delay: float):
     return A, B, C
 
 
+def _check_range(matrix: np.ndarray) -> None:
+    """Refuses numbers whose squares double precision does not hold, as those of a plant in unfit units are."""
+    if not np.abs(matrix).max(initial=0.0) < LARGEST:
+        raise InputError(
+            f"the sampled loop must have entries below {LARGEST:g}, so that it can be computed; it has larger ones. "
+            "Check the plant's numbers and units, and the sample time."
+        )
+
+
 def _held(plant: Plant, time: float) -> tuple[np.ndarray, np.ndarray]:
     """State after a time, from the state and from constant inputs."""
     from scipy.linalg import expm
 
     n, m = plant.B.shape
-    both = expm(np.block([[plant.A, plant.B], [np.zeros((m, n + m))]]) * time)
+    with np.errstate(all="ignore"):  # what overflows is refused
+        both = expm(np.block([[plant.A, plant.B], [np.zeros((m, n + m))]]) * time)
+    _check_range(both)
     return both[:n, :n], both[:n, n:]
 
 

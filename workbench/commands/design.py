@@ -69,7 +69,7 @@ def design(
     from workbench.interrupts import received, word
     from workbench.result import figure
     from workbench.vehicle import varied
-    from workbench.writing import check_folder, write_text
+    from workbench.writing import check_file, check_folder, write_text
 
     plant_alone = tuning_folder(problem)
     if plant_alone is not None:
@@ -82,6 +82,8 @@ def design(
             "say --robust for one set of gains that bears the variation, or --no-robust for the schedule"
         )
     check_folder(out)
+    for name in ("gains.json", "report.html"):
+        check_file(out / name)
     scheduled = borne = None
     with progress(json) as show:
         step = show("starts", starts)

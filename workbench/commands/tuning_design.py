@@ -23,13 +23,14 @@ def design_tuning(folder: Path, out: Path, *, solver: str, json: bool, deadline)
     from workbench.export.tuning_table import DIGITS, requirements, tuning_table
     from workbench.result import figure
     from workbench.supervision import finishing
-    from workbench.writing import check_folder, write_text
+    from workbench.writing import check_file, check_folder, write_text
 
     solvers = {"slsqp": smooth_tuning, "restriction": restriction}
     if solver not in solvers:
         raise unknown_name("solver of a tuning problem", solver, solvers)
     problem = load_tuning_problem(folder)
     check_folder(out)
+    check_file(out / "gains.json")
     begin = perf_counter()
     seconds = min(60.0, SOLVING * deadline.remaining)
     with progress(json) as show:
