@@ -35,6 +35,7 @@ PANEL_NODES = {
     "dense": 12,
     "checking": 8,
 }  # Gauss–Legendre nodes between frequencies of the grid
+LADDER = 2.0 ** np.arange(3, 30)  # widths of a mode at which panels end
 RADIANS = 400  # of a dead time's turn that panels follow one by one
 Densities = tuple[Profile, ...]
 
@@ -257,6 +258,9 @@ class RmsMeasure:
         corners = np.concatenate([density_.corners() for density_ in self.densities])
         poles = state.poles if h is None else state.poles.real + 2j / h * np.arctan(state.poles.imag * h / 2)
         grid = seeds(poles, corners, (low, high), "dense" if density == "checking" else density)
+        widths = np.abs(poles.real)[:, None] * np.r_[-LADDER, LADDER]  # a light mode's tail reaches far beyond its peak
+        tails = (poles.imag[:, None] + np.where(np.abs(widths) < np.abs(poles)[:, None], widths, 0.0)).ravel()
+        grid = np.unique(np.r_[grid, tails[(tails > low) & (tails < high)]])
         if self.channel.delayed:  # a radian of every dead time, as far as many of them
             ripples = np.arange(1, RADIANS) / float(self.channel.late(K).max())
             grid = np.unique(np.r_[grid, ripples[(ripples > low) & (ripples < high)]])
