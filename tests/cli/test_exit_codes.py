@@ -1,5 +1,6 @@
 """Each ending of a command has its own exit code: done, not met, bad input, our defect, interrupted, terminated."""
 
+import contextlib
 import re
 import signal
 import subprocess
@@ -211,3 +212,30 @@ def test_work_behind_a_budget_ends_with_the_process_that_was_started():
             return
         time.sleep(0.01)
     pytest.fail("the work outlived the command")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGKILL, -9)])
+def test_a_design_leaves_no_worker_behind(tmp_path, number, code):
+    begun = process("design", "revenue_vehicle", "--starts", "60", "--out", str(tmp_path), start_new_session=True)
+
+    def session() -> set[str]:
+        """Processes of the command's session that still run."""
+        found = set()
+        for place in Path("/proc").glob("[0-9]*/stat"):
+            with contextlib.suppress(OSError):
+                state, _, _, own = place.read_text().rpartition(")")[2].split()[:4]
+                if int(own) == begun.pid and state != "Z":
+                    found.add(place.parent.name)
+        return found
+
+    while len(session()) < 3:  # itself, multiprocessing's tracker and a worker
+        assert begun.poll() is None
+        time.sleep(0.05)
+    begun.send_signal(number)
+    assert ended(begun)[0] == code
+    for _ in range(600):
+        if not session():
+            return
+        time.sleep(0.05)
+    pytest.fail(f"still there: {session()}")

@@ -2,6 +2,8 @@
 
 import os
 import stat
+import subprocess
+import sys
 
 import pytest
 
@@ -95,3 +97,28 @@ def test_a_zero_byte_in_a_path_is_refused():
     for write in (lambda p: write_text(p, ""), check_file):
         with pytest.raises(InputError, match="must not hold a zero byte"):
             write(writing.Path("a\0b"))
+
+
+REPLACING = """
+import itertools, sys
+from pathlib import Path
+from workbench.writing import write_text
+for number in itertools.count():
+    write_text(Path(sys.argv[1]), f"{number} " * 20_000)
+    if not number:
+        print("begun", flush=True)
+"""
+
+
+@pytest.mark.parametrize("moment", [0.0, 0.003, 0.011, 0.04])
+def test_a_writer_killed_at_any_moment_leaves_a_whole_file(tmp_path, moment):
+    path = tmp_path / "gains.json"
+    with subprocess.Popen([sys.executable, "-c", REPLACING, str(path)], stdout=subprocess.PIPE) as writer:
+        writer.stdout.readline()
+        try:
+            writer.wait(moment)
+        except subprocess.TimeoutExpired:
+            writer.kill()
+    numbers = path.read_text().split()
+    assert len(numbers) == 20_000
+    assert len(set(numbers)) == 1
