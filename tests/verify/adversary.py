@@ -49,7 +49,7 @@ def put(at: Path, value: Any) -> Callable[[dict], None]:
 
 
 def of_numbers(document: dict) -> Iterator[Mutation]:
-    """Every number moved by a hair: printed decimals, figures, limits; zeros of matrices get a millionth of their row."""
+    """Every number moved by a hair: decimals, figures, limits; zeros of matrices by a millionth of their row."""
     for at, value in leaves(document):
         if at[0] in ("digest", "data_sha256", "versions", "created", "format", "version", "seed", "starts"):
             continue
@@ -71,7 +71,7 @@ def of_numbers(document: dict) -> Iterator[Mutation]:
 
 
 def of_promises(document: dict) -> Iterator[Mutation]:
-    """Every promise of the plant: a limit beyond the truth by a hair, an interval beside it, twice, under other names."""
+    """Every promise of the plant: a limit beyond the truth by a hair, an interval beside it, twice, by other names."""
     for i, promise in enumerate(document["promises"]):
         low, high = promise["enclosure"]
         upper, name = promise["sense"] == "<=", f"promise {promise['name']}"

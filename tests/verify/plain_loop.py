@@ -120,7 +120,7 @@ class PlainLoop:
         unseen = [(tau, total[tau] - seen[tau]) for tau in total] + ([(lag, self.count - patterns)] if lag else [])
         for tau, number in unseen:  # what no command sees, or no command moves, stays where it is
             for _ in range(number):
-                kept.pop(min(range(len(kept)), key=lambda i: abs(kept[i] + 1 / tau)))  # noqa: B023
+                kept.pop(min(range(len(kept)), key=lambda i: abs(kept[i] + 1 / tau)))
         return np.array(kept)
 
     def _lag(self):

@@ -11,8 +11,8 @@ from workbench.export.table import digest_of
 from workbench.verify.check import verify_document
 from workbench.verify.failure import TableError
 
-FAST = 60  # mutations of the small table in the fast suite: a few seconds of processor
-FAST_LARGE = 6
+FAST = 50  # mutations of the small table in the fast suite: a few seconds of processor
+FAST_LARGE = 4
 LARGE = 160
 
 
@@ -79,14 +79,15 @@ def test_tables_true_by_a_hair_pass(small):
 def test_every_promise_false_by_a_hair_is_refused(small):
     every = list(of_promises(json.loads(small)))
     assert len(every) > 60
-    assert [words for words, mutate in every if accepted(signed(small, mutate))] == []
+    some = drawn(every, 40, seed=7)  # the slow test takes them all
+    assert [words for words, mutate in some if accepted(signed(small, mutate))] == []
 
 
 def test_every_gain_and_every_number_of_the_certificate_a_hair_off_is_refused_unless_no_promise_changes(small):
     parts = ("gains", "law", "certificate")
     every = [m for m in of_numbers(json.loads(small)) if m[0].startswith(parts)]
     assert len(every) > 60
-    passed = {words for words, mutate in drawn(every, 40, seed=3) if accepted(signed(small, mutate))}
+    passed = {words for words, mutate in drawn(every, 25, seed=3) if accepted(signed(small, mutate))}
     for words, mutate in every:
         if words in passed:
             document = signed(small, mutate)
@@ -98,6 +99,7 @@ def test_none_of_two_thousand_false_tables_passes(small, large):
     every = mutations_of(json.loads(small))
     some = drawn(mutations_of(json.loads(large)), LARGE, seed=1)
     assert len(every) + len(some) > 2000
+    assert [words for words, mutate in of_promises(json.loads(small)) if accepted(signed(small, mutate))] == []
     wrong, passed = passed_and_false(small, every)
     more, _ = passed_and_false(large, some)
     assert wrong + more == []

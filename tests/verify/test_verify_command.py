@@ -112,3 +112,34 @@ def test_an_unknown_problem_ends_with_two(run, written, heave):
     code, _, sentence = run(written(heave.document), "--problem", "heav")
     assert code == 2
     assert "did you mean 'heave'" in sentence
+
+
+def test_a_budget_that_does_not_suffice_leaves_the_table_undecided(run, written, revenue):
+    code, out, sentence = run(written(revenue.document), "--json", "--budget-seconds", "0.05")
+    document = json.loads(out)
+    assert code == 1
+    assert "undecided" in sentence
+    assert document["proved"] is False
+    assert not any(p["holds"] for p in document["promises"][-3:])
+
+
+@pytest.mark.parametrize("seconds", ["0", "-1", "nan", "inf"])
+def test_a_budget_that_cannot_be_kept_is_refused(run, written, heave, seconds):
+    code, _, sentence = run(written(heave.document), "--budget-seconds", seconds)
+    assert code == 2
+    assert "--budget-seconds must be a positive, finite number" in sentence
+
+
+def test_numbers_that_would_hang_a_proof_are_refused_at_once(run, written, heave):
+    code, _, sentence = run(written(heave.changed(lambda d: d["gains"].update(K_h="1e330"))))
+    assert code == 2
+    assert "gains.K_h must be zero or of a size between" in sentence
+
+
+def test_what_is_not_promised_and_what_nobody_proved_is_said(run, written, heave):
+    _, out, _ = run(written(heave.document))
+    assert "Not promised at all" in out
+    assert "any motion in Theta" in out
+    assert "Stated by the author, proved by nobody" in out
+    document = json.loads(run(written(heave.document), "--json")[1])
+    assert "measured.cost" in document["stated"]

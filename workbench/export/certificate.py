@@ -18,7 +18,7 @@ from workbench.guideway.irregularity import TYPES
 from workbench.guideway.spectrum import PowerLaw, Rational
 from workbench.lti import Plant
 
-FORCE_DEGREE = 8  # of the printed polynomials: leaves 4e-5 from 30 to 134 m/s, each degree more a third of it
+FORCE_DEGREE = 10  # of the printed polynomials: leaves 4e-6 from 30 to 134 m/s, each degree more a third of it
 FORCE_NODES = 8  # exact trims, at Chebyshev nodes in the logarithm of the speed: leave 3e-7
 FITTED = 30  # speeds that the polynomials are fitted through, and as many between them where they are compared
 COMPARED = 21  # speeds at which `agreement` compares them with exact trims

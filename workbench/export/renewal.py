@@ -50,8 +50,8 @@ def renewed(problem, document: dict):
 def main(names: list[str]) -> None:
     """Renews the approved tables of problems in place."""
     from workbench.export.problem import load_problem, shipped_problems
-    from workbench.export.reading import read_mapping
     from workbench.export.table import write_table
+    from workbench.reading import read_mapping
 
     for name in names:
         path = Path(shipped_problems()[name]) / "approved.json"

@@ -36,6 +36,7 @@ from workbench.verify.polynomial_family import Box, Family, Point, rational
 EXACT = re.compile(r"\d{1,400}(/[1-9]\d{0,400})?")
 MOST_PIECES = 4000
 BUDGET = 20.0  # s
+NOT_AT_ALL = fmpq(0)
 MEMBERS = 100  # exact checks of single members that an incomplete proof may spend
 
 
@@ -153,18 +154,26 @@ def _exact(text: str) -> fmpq:
     return rational(text)
 
 
-def largest_damping(family: Family, *, tolerance: float = 1e-3, budget: float = BUDGET) -> Enclosure:
+def largest_damping(
+    family: Family, *, tolerance: float = 1e-3, budget: float = BUDGET, prove: Callable[..., Proof] = prove_damping
+) -> Enclosure:
     """The worst damping ratio over the box, enclosed: proved from below, attained by a member from above."""
-    return _worst(family, exclusion.damping, prove_damping, tolerance, budget)
+    return _worst(family, exclusion.damping, prove, tolerance, budget)
 
 
-def largest_decay(family: Family, *, tolerance: float = 1e-3, budget: float = BUDGET) -> Enclosure:
+def largest_decay(
+    family: Family, *, tolerance: float = 1e-3, budget: float = BUDGET, prove: Callable[..., Proof] = prove_decay
+) -> Enclosure:
     """The worst decay rate over the box [1/s], enclosed as `largest_damping`."""
-    return _worst(family, exclusion.decay, prove_decay, tolerance, budget)
+    return _worst(family, exclusion.decay, prove, tolerance, budget)
 
 
-def smallest_peak(family: SensitivityFamily, *, tolerance: float = 5e-3, budget: float = BUDGET) -> Enclosure:
+def smallest_peak(
+    family: SensitivityFamily, *, tolerance: float = 5e-3, budget: float = BUDGET, grown: fmpq = NOT_AT_ALL
+) -> Enclosure:
     """The worst peak sensitivity over the box, enclosed: attained by a member from below, proved from above.
+
+    grown : what is added to every member's peak, as by an error of the model
 
     Raises ValueError if stability is not proved.
     """
@@ -178,7 +187,7 @@ def smallest_peak(family: SensitivityFamily, *, tolerance: float = 5e-3, budget:
 
     def attempt(bound: float) -> Proof:
         left = max(end - perf_counter(), 0.1)
-        return prove_peak_sensitivity(family, rational(bound), stable=stable, budget=left)
+        return prove_peak_sensitivity(family, rational(bound) - grown, stable=stable, budget=left)
 
     return enclosed(sampled(family.p, peak, budget), attempt, peak, 1, tolerance, end)
 

@@ -31,18 +31,21 @@ def turns(group: str) -> int:
     return len({"Theta", "Phi", "Psi"} & set(GROUPS[group].coordinates))
 
 
-def degrees_of(group: str, patterns: int, speed: Mapping[str, int] | None = None) -> dict[str, int]:
+def degrees_of(
+    group: str, patterns: int, speed: Mapping[str, int] | None = None, *, loads: bool = False
+) -> dict[str, int]:
     """Bound on the degree in each parameter of a group's polynomials.
 
     speed : degree in the speed of each gain, of "lift" and the like, and of "lift_to_drag"; 0 if left out
+    loads : whether loads on the motions come in beside the commands' errors, displacements and currents out
     """
-    rows = _equations(group, patterns, speed or {})
+    rows = _equations(group, patterns, speed or {}, loads)
     columns = sorted({unknown for row in rows for unknown in row})
     parameters = {name for row in rows for entry in row.values() for name in entry}
     return {name: _largest(_weights(rows, columns, name)) for name in parameters}
 
 
-def _equations(group: str, patterns: int, degree: Mapping[str, int]) -> list[Equation]:
+def _equations(group: str, patterns: int, degree: Mapping[str, int], loads: bool) -> list[Equation]:
     at, channels = GROUPS[group].coordinates, GROUPS[group].channels
     force = max((degree.get(kind, 0) for kind in FORCES), default=0)
     still: dict[str, int] = {}
@@ -54,7 +57,7 @@ def _equations(group: str, patterns: int, degree: Mapping[str, int]) -> list[Equ
     for c, unknown in zip(at, a, strict=True):
         inertia = INERTIA_OF[c]
         own = {inertia: 1} | ({} if inertia == "mass" else {"inertia": 1})
-        row: Equation = {unknown: own, **pushed}
+        row: Equation = {unknown: own, **pushed, **({("load", c): still} if loads else {})}
         if inertia != "mass":
             row[("d", c)] = still
             out.append({("d", c): {"speed": degree.get("lift_to_drag", 0)}, **pushed})
@@ -67,7 +70,12 @@ def _equations(group: str, patterns: int, degree: Mapping[str, int]) -> list[Equ
         used = {("f", c): {"speed": max(degree.get(k, 0) for k in _modal(c))} for c in channels}
         out.append({command: still, **used})
     # the border: a command's error in, the command out; either may stay unused
-    out += [{command: still, **dict.fromkeys(errors, still)} for command in commands]
+    entering, seen = list(errors), list(commands)
+    if loads:
+        entering += [("load", c) for c in at]
+        seen = [*commands, *q, *currents]
+        entering += [("unused", str(k)) for k in range(len(seen) - len(entering))]
+    out += [{signal: still, **dict.fromkeys(entering, still)} for signal in seen]
     return out
 
 

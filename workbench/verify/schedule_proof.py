@@ -18,6 +18,7 @@ from workbench.verify.box_sensitivity import SensitivityFamily, sensitivity_fami
 from workbench.verify.polynomial_family import Box, Point, rational
 from workbench.verify.sensitivity import roots_from_zero
 
+ZERO = fmpq(0)
 Gains = Mapping[str, fmpq]
 ScheduledLoop = Callable[[fmpq, Gains, Point], tuple[fmpq_mat, fmpq_mat, fmpq_mat]]
 
@@ -65,9 +66,18 @@ class GainSchedule:
         reach = max(abs((end - self.centre) / self.scale) for end in (self.lower, self.upper))
         return sum((abs(c) * reach**k for k, c in enumerate(self.coefficients[name])), fmpq(0))
 
-    def never_zero(self, name: str, low: fmpq, high: fmpq) -> bool:
-        """Whether a polynomial is proved to stay positive on a part of the range."""
-        p = fmpq_poly(list(self.coefficients[name]))
+    def lower_bound(self, name: str, low: fmpq, high: fmpq) -> fmpq:
+        """A positive number that a polynomial is proved to stay above on a part of the range; 0 if none is found."""
+        start = min(self.at(low)[name], self.at(high)[name])
+        for k in range(40):
+            bound = start * fmpq(9, 10) ** (k + 1)
+            if bound > 0 and self.never_zero(name, low, high, bound):
+                return bound
+        return fmpq(0)
+
+    def never_zero(self, name: str, low: fmpq, high: fmpq, above: fmpq = ZERO) -> bool:
+        """Whether a polynomial is proved to stay above a number on a part of the range."""
+        p = fmpq_poly(list(self.coefficients[name])) - above
         start, end = ((v - self.centre) / self.scale for v in (low, high))
         # t = (start + end x)/(1 + x) takes x in [0, ∞) over the part; powers of 1 + x do not change the sign
         over = fmpq_poly([0])

@@ -21,6 +21,7 @@ from workbench.verify.degree import FORCES, degrees_of, turns
 from workbench.verify.failure import NotProved, TableError
 from workbench.verify.law import GAIN_NAMES, GROUPS
 from workbench.verify.loop import SCALED, closed_loop, factors
+from workbench.verify.model_error import ModelError
 from workbench.verify.physics import Physics
 from workbench.verify.polynomial_family import Box, Family, Point
 from workbench.verify.reading import decimal, entries_of, keyed, mapping, number, text_of
@@ -35,7 +36,6 @@ MOST_COEFFICIENTS = 13  # of one polynomial
 SHOWN = 33  # speeds at which a worst value is looked for
 FORCE_NAMES = (*(f"{kind},{k}" for kind in FORCES for k in range(5)), "lift_to_drag")
 FILTERED = ("K_hdot", "K_zdot", "K_hpdot", "K_ydot")
-MOST_ERROR = fmpq(1, 10**4)  # of the largest value, stated for a coil force over the speed
 COMPARISON = fmpq(21, 20)  # times the stated error: a maximum met between the speeds at which it was stated
 
 
@@ -62,12 +62,6 @@ class ScheduledLoop:
         if forces is None:
             raise NotProved("the table's schedule does not say how the coil forces change with the speed")
         self.forces = forces
-        worst = max(forces.relative, key=lambda name: forces.relative[name])
-        if forces.relative[worst] > MOST_ERROR:
-            raise NotProved(
-                f"the coil forces are stated with an error of {float(forces.relative[worst]):.2g} ({worst}); beyond "
-                f"{float(MOST_ERROR):g} the polynomials say nothing of the vehicle"
-            )
         low, high = intervals[SPEED]
         for one in (self.schedule, forces.polynomials):
             if not (one.lower <= low < high <= one.upper):
@@ -82,7 +76,7 @@ class ScheduledLoop:
         self._factors = Factors(table, group, others)
         own = self._factors.box
         self.box = Box((SPEED, *own.names), (low, *own.lower), (high, *own.upper))
-        self.table, self.group, self._physics_of = table, group, certificate.physics
+        self.table, self.group, self.physics = table, group, certificate.physics
 
     @cached_property
     def sensitivity(self) -> SensitivityFamily:
@@ -102,15 +96,28 @@ class ScheduledLoop:
     @property
     def degree(self) -> int:
         """In the speed, of the group's polynomials: from the equations."""
-        degree = {name: len(c) - 1 for name, c in self.schedule.coefficients.items()}
+        return self._degree(loads=False)
+
+    @property
+    def degree_with_loads(self) -> int:
+        """The same of what loads on the motions do."""
+        return self._degree(loads=True)
+
+    def _degree(self, *, loads: bool) -> int:
+        degree = {name: _degree(c) for name, c in self.schedule.coefficients.items()}
         forces = self.forces.polynomials.coefficients
         for kind in FORCES:
-            degree[kind] = max(len(forces[f"{kind},{k}"]) - 1 for k in range(5))
-        degree["lift_to_drag"] = len(forces["lift_to_drag"]) - 1
-        found = degrees_of(self.group, len(self.lengths), degree)[SPEED]
+            degree[kind] = max(_degree(forces[f"{kind},{k}"]) for k in range(5))
+        degree["lift_to_drag"] = _degree(forces["lift_to_drag"])
+        found = degrees_of(self.group, len(self.lengths), degree, loads=loads)[SPEED]
         if found > MOST_DEGREE:
             raise NotProved(f"the schedule and its forces are of too high a degree, {found} in the speed")
         return found
+
+    @cached_property
+    def error(self) -> ModelError | None:
+        """What the stated error of the coil forces can change; None where none is stated."""
+        return ModelError(self) if any(self.forces.relative.values()) else None
 
     @property
     def poles(self) -> Family:
@@ -144,7 +151,7 @@ class ScheduledLoop:
         """The vehicle with the forces of a speed."""
         at = self.forces.polynomials.at(speed)
         rows = [[at[f"{kind},{k}"] for k in range(5)] for kind in FORCES]
-        return replace(self._physics_of, forces=matrix(rows), drag_ratio=1 / at["lift_to_drag"])
+        return replace(self.physics, forces=matrix(rows), drag_ratio=1 / at["lift_to_drag"])
 
     def multiplier(self, speed: fmpq, gains: Mapping[str, fmpq], theta: Point) -> fmpq:
         """Time constants once for each filter that has them, the lift-to-drag ratio once for each turn, the masses."""
@@ -172,6 +179,11 @@ def polynomials_of(schedule: Mapping[str, Any]) -> tuple[GainSchedule, SpeedForc
     if min(relative.values()) < 0:
         raise TableError(f"{at} must hold no negative error; it does. Get the table again from its source.")
     return gains, SpeedForces(_polynomials(part, place, FORCE_NAMES), relative)
+
+
+def _degree(coefficients: tuple[fmpq, ...]) -> int:
+    """Of a polynomial, zeros at its end left out."""
+    return max((k for k, c in enumerate(coefficients) if c != 0), default=0)
 
 
 _KEYS = ("variable", "unit", "range", "centre", "scale", "coefficients")

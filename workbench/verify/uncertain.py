@@ -8,7 +8,7 @@ sensor factor and in 1/mass and 1/inertia. Points off the grids check both; they
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Protocol, TypeVar
 
@@ -16,6 +16,7 @@ from flint import fmpq, fmpq_mat
 
 from workbench.verify.box import (
     Enclosure,
+    Proof,
     largest_damping,
     largest_decay,
     prove_damping,
@@ -56,6 +57,25 @@ class UncertainFamily(Protocol):
 
     @property
     def corners(self) -> list[Point]: ...  # members at which a worst value may be attained
+
+
+def _proof(loop: UncertainFamily, name: str, bound: fmpq, budget: float) -> Proof:
+    """A bound for every member and, where a model error is stated, for every vehicle within it."""
+    error = getattr(loop, "error", None)
+    if _is_peak(name):
+        return prove_peak_sensitivity(loop.sensitivity, bound - _growth(loop), budget=budget)
+    ray = _largest(name) is largest_damping
+    proof = (prove_damping if ray else prove_decay)(loop.poles, bound, budget=budget)
+    kept = not (proof.proved and error) or error.keeps_region(*((bound, fmpq(0)) if ray else (fmpq(0), bound)))
+    return (
+        proof if kept else replace(proof, proved=False, detail="within the stated error of the coil forces it may fail")
+    )
+
+
+def _growth(loop: UncertainFamily) -> fmpq:
+    """By how much a stated model error may raise a peak sensitivity."""
+    error = getattr(loop, "error", None)
+    return error.growth() if error else fmpq(0)
 
 
 class Factors:
@@ -166,9 +186,15 @@ def worst_over_box(loops: Sequence[UncertainFamily], name: str) -> Worst:
     found: list[tuple[fmpq, fmpq, UncertainFamily, Enclosure]] = []
     for loop in loops:
         if _is_peak(name):
-            one = refused(lambda loop=loop: smallest_peak(loop.sensitivity, tolerance=TOLERANCE, budget=_budget()))
+            one = refused(lambda loop=loop: smallest_peak(
+                loop.sensitivity, tolerance=TOLERANCE, budget=_budget(), grown=_growth(loop),
+            ))  # fmt: skip
         else:
-            one = _largest(name)(loop.poles, tolerance=TOLERANCE, budget=_budget())
+
+            def prove(family, bound, *, budget, loop=loop):
+                return _proof(loop, name, bound, budget)
+
+            one = _largest(name)(loop.poles, tolerance=TOLERANCE, budget=_budget(), prove=prove)
         check()
         if one.proof is None:
             at = ", ".join(f"{k} {float(v):.4g}" for k, v in zip(loop.box.names, one.at, strict=True))
@@ -192,11 +218,7 @@ def interval_holds(
         return False
     bound = high if _is_peak(name) else low
     for loop in loops:
-        if _is_peak(name):
-            proof = refused(lambda loop=loop: prove_peak_sensitivity(loop.sensitivity, bound, budget=_budget()))
-        else:
-            prove = prove_damping if _largest(name) is largest_damping else prove_decay
-            proof = refused(lambda loop=loop, prove=prove: prove(loop.poles, bound, budget=_budget()))
+        proof = refused(lambda loop=loop: _proof(loop, name, bound, _budget()))
         check()
         if not proof.proved:
             return False
