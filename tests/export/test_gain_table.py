@@ -275,7 +275,7 @@ def test_a_deeply_nested_entry_that_json_can_hold_is_still_refused_in_one_senten
     deep: list = []
     for _ in range(400):
         deep = [deep]
-    with pytest.raises(InputError, match="not usable"):
+    with pytest.raises(InputError, match="must not be nested deeply"):
         read_table(resigned(path, lambda d: d["robustness"].update(deep=deep)))
 
 
