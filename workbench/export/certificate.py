@@ -24,6 +24,7 @@ FITTED = 30  # speeds that the polynomials are fitted through, and as many betwe
 COMPARED = 21  # speeds at which `agreement` compares them with exact trims
 COMPARISON = 1.05  # times the stated error: a maximum met between the speeds at which it was stated
 ROUNDED = 1e-12  # of the largest entry in a row: what doubles leave where right and left are the same
+NOUGHT = 1e-20  # of the same: no double of a sum is so small but where a zero belongs
 SAME = 1e-9  # of the largest entry in the same row; rebuilt by the same code, a plant is the same to 1e-13
 
 
@@ -228,5 +229,6 @@ def _symmetric(plant: Plant, positions, sets) -> dict[str, np.ndarray]:
         size = np.abs(own).max(axis=1, keepdims=True, initial=0.0)
         if np.any(np.abs(own - other) > ROUNDED * size):
             return blocks  # a vehicle that differs from right to left
-        out[letter] = (own + other) / 2 + 0.0  # no negative zeros
+        mean = (own + other) / 2 + 0.0  # no negative zeros
+        out[letter] = np.where(np.abs(mean) < NOUGHT * size, 0.0, mean)
     return out
