@@ -145,7 +145,7 @@ def _print(document: dict[str, Any]) -> None:
     if document["stated"]:
         emit_table(
             "Stated by the author, proved by nobody" + (
-                "" if document["problem"] is None else " (figures were derived again from the problem)"
+                "" if document["problem"] is None else " (what the problem's analysis has of it was derived again)"
             ),
             ("",), [(", ".join(document["stated"]),)],
         )  # fmt: skip

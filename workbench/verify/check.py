@@ -23,11 +23,12 @@ from workbench.verify.deadline import OutOfTime, check, within
 from workbench.verify.failure import NotProved, TableError
 from workbench.verify.kind import KINDS, MOTOR_CURRENT, PEAK, promised_names
 from workbench.verify.law import GROUPS
-from workbench.verify.loop import left_out
+from workbench.verify.loop import DIVIDING, FACTORS, left_out
 from workbench.verify.physics import differences
 from workbench.verify.pole import boundary_kept
 from workbench.verify.prover import NO_CERTIFICATE, STURM, Prover
 from workbench.verify.reading import digest_of, read_document
+from workbench.verify.scheduled import SPEED, polynomials_of
 from workbench.verify.statement import Statements
 from workbench.verify.table import Promise, Table, Undecided, table_of
 from workbench.verify.uncertain import interval_holds, method_of, worst_over_box
@@ -143,7 +144,7 @@ def _checked(document: Mapping[str, Any], on_promise: Callable[[Finding], None] 
         with suppress(NotProved):
             coupling = max((float(left_out(table, group)) for group in table.certificate.groups), default=0.0)
         _state(statements, findings, faults)
-    faults += _doubled(table) + _unpromised(table)
+    faults += _doubled(table) + _misplaced(table) + _unpromised(table)
     return Report(
         table.problem,
         digest,
@@ -166,6 +167,7 @@ def _state(statements: Statements, findings: list[Finding], faults: list[str]) -
         if f.proved is not None and not f.box
     }
     try:
+        statements.promises({i: f.method for i, f in enumerate(findings)})
         statements.requirements(proved)
         statements.measured()
         statements.cases()
@@ -213,9 +215,28 @@ def _doubled(table: Table) -> list[str]:
                 f"{p.name!r} is promised twice for the same plants; a promise must be the only one of its kind"
             )
         seen.add(key)
-        odd = [name for name in p.at if name not in p.box]
-        if odd:
-            faults.append(f"{p.name!r} names a member by {odd[0][:40]!r}, which its box does not vary")
+    return faults
+
+
+def _misplaced(table: Table) -> list[str]:
+    """Boxes, promised or undecided, are of known factors that rise; a member named lies in its box in every factor.
+
+    Asked of the table and not of the loops: a factor that reaches no group of a promise is as much a statement.
+    """
+    faults = []
+    for entry in (*table.promises, *table.undecided):
+        for name, (low, high) in entry.box.items():
+            positive = low > 0 or name not in DIVIDING
+            if not (name in (SPEED, *FACTORS) and low < high and positive):
+                faults.append(
+                    f"{entry.name!r} must speak of a box of known factors that rise, of mass and inertias above zero; "
+                    f"{name[:40]!r} from {float(low):g} to {float(high):g} is none"
+                )
+    for p in table.promises:
+        for name, value in p.at.items():
+            low, high = p.box.get(name, (value + 1, value))
+            if not low <= value <= high:
+                faults.append(f"{p.name!r} names a member by {name[:40]!r} = {float(value):g}, outside its box")
     return faults
 
 
@@ -248,9 +269,22 @@ def _not_promised(table: Table) -> list[str]:
     boxes = [p.box for p in table.promises if p.box]
     if not any("speed" not in box for box in boxes):
         out.append("any other vehicle than the printed one: no box of factors")
-    if not any("speed" in box for box in boxes):
-        out.append("any other speed than the table's")
-    return out
+    return out + _speeds_not_promised(table)
+
+
+def _speeds_not_promised(table: Table) -> list[str]:
+    """Speeds of the schedule that no promise reaches: its gains are used there as well."""
+    ranges = [p.box[SPEED] for p in table.promises if SPEED in p.box]
+    if not ranges or table.schedule is None:
+        return ["any other speed than the table's"]
+    gains, _ = polynomials_of(table.schedule)
+    low, high = min(low for low, _ in ranges), max(high for _, high in ranges)
+    if low <= gains.lower and gains.upper <= high:
+        return []
+    return [
+        f"speeds of the schedule outside {float(low):g} to {float(high):g} m/s; it goes from {float(gains.lower):g} to "
+        f"{float(gains.upper):g} m/s"
+    ]
 
 
 def _found(prover: Prover, promise: Promise) -> Finding:

@@ -32,6 +32,7 @@ SCALED = {  # by all sensors of one direction reading too much: the same as thei
     "lateral_sensors": ("K_hp", "K_hpdot", "K_yddot", "K_ydot"),
 }
 FACTORS = (*PARAMETERS, "roll_inertia", "pitch_inertia", "yaw_inertia", *SCALED)
+DIVIDING = tuple(name for name in FACTORS if name == "mass" or name.endswith("inertia"))
 COUPLING_ALLOWED = fmpq(1, 10**9)
 
 Theta = Mapping[str, fmpq] | Sequence[fmpq]

@@ -25,9 +25,14 @@ def poles(A: fmpq_mat) -> list[acb]:
 
 def isolated_roots(p: fmpq_poly) -> list[acb]:
     """A disc around each distinct root of a rational polynomial; the discs of real roots are real."""
+    return [root for root, _ in counted(p)]
+
+
+def counted(p: fmpq_poly) -> list[tuple[acb, int]]:
+    """The same, each with its multiplicity."""
     check()
-    pairs = cast(list[tuple[acb, int]], p.numer().complex_roots())
-    return [root for root, _ in pairs]
+    with ctx.workprec(PRECISION):
+        return cast(list[tuple[acb, int]], p.numer().complex_roots())
 
 
 def stable(discs: Sequence[acb]) -> bool:

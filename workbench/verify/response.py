@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 from flint import arb, arb_mat, ctx, fmpq, fmpq_mat
 
-from workbench.verify.failure import NotProved
+from workbench.verify.failure import NotProved, TableError
 from workbench.verify.law import Law
 from workbench.verify.loop import Loop
 from workbench.verify.system import matrix, part, stacked, zeros
@@ -36,13 +36,18 @@ class Driven:
     def mean_square(self, name: str) -> arb:
         """Mean square of one output, all types together."""
         with ctx.workprec(PRECISION):
-            return self.state.mean_square([arb(e) for e in self.outputs[name]])
+            return self.state.mean_square(self._row(name))
 
     def by_type(self, name: str) -> dict[str, arb]:
         """Mean square of one output from each type that moves the group alone."""
         with ctx.workprec(PRECISION):
-            squares = self.state.mean_squares([arb(e) for e in self.outputs[name]])
+            squares = self.state.mean_squares(self._row(name))
             return dict(zip(self.kinds, squares, strict=True)) if self.kinds else {}
+
+    def _row(self, name: str) -> list[arb]:
+        if name not in self.outputs:
+            raise TableError(f"the plant must have {name!r} among its outputs; it has not. Get the table again.")
+        return [arb(e) for e in self.outputs[name]]
 
 
 def ends(law: Law) -> tuple[int, int]:

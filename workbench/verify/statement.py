@@ -7,7 +7,7 @@ Figures were computed in doubles, so they may differ from the truth by what thos
 """
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from flint import acb, arb, fmpq
@@ -29,7 +29,10 @@ EXACTLY = fmpq(0)
 NOTHING = fmpq(1, 10**9)  # of the largest figure of its kind: a zero that was computed
 PLACES = ("front", "rear")
 CASE = re.compile(r"(mass|current force|vertical sensors|lateral sensors) ([−+])(\d{1,2}) %")
-PROVENANCE = ("title", "created", "versions", "seed", "solver", "starts", "invariance")
+PROVENANCE = (
+    "problem", "title", "data_sha256", "created", "versions", "seed", "solver", "starts", "invariance",
+    "law.sample_time_s",
+)  # fmt: skip
 
 
 class Statements:
@@ -48,12 +51,24 @@ class Statements:
             shown = "nothing" if value is None else f"{float(value):.9g}"
             self.faults.append(f"{place} is stated as {shown}; derived again it is {float((low + high) / 2):.9g}")
 
+    def promises(self, methods: Mapping[int, str]) -> None:
+        """How a promise says that it was found, where it is not how it is proved here; shares left open; speeds."""
+        for i, promise in enumerate(self.table.promises):
+            if promise.method != methods.get(i):
+                self.unproved.append(f"promises.{i}.method")
+        self.unproved += [f"undecided.{i}" for i, _ in enumerate(self.table.undecided)]
+        schedule = self.table.schedule or {}
+        self.unproved += ["schedule.points"] if schedule else []
+        self.unproved += ["schedule.forces.nodes"] if schedule.get("forces") else []
+
     def requirements(self, proved: Mapping[str, tuple[fmpq, fmpq]]) -> None:
         """Each requirement's value is that of its promise, and it is met if it says so."""
         seen: dict[str, int] = {}
         groups = self.table.certificate.groups if self.table.certificate else ()
         for i, r in enumerate(self.table.requirements):
             place = f"requirements.{i} ({r.name})"
+            if r.where:
+                self.unproved.append(f"{place}.where")
             names = promised_names(r.name, groups)
             turn = seen.get(r.name, 0)
             seen[r.name] = turn + 1
@@ -108,10 +123,21 @@ class Statements:
         if value is not pole.stable(self._discs()):
             self.faults.append(f"{place} is stated as {value!r}; derived again it is {value is False}")
 
-    def _is_pole(self, pair: Any, place: str) -> bool:
-        real, imag = (arb(number(v, place)) for v in entries_of(pair, place, 2, 2))
-        at = acb(real, imag)
-        return any(bool(abs(at - disc) <= arb(AGREES) * (abs(disc) + arb(NOTHING))) for disc in self._discs())
+    def _strays(self, pairs: Sequence[Any], place: str) -> list[int]:
+        """Which stated poles are none of the loop's, or are stated more often than the loop has them."""
+        left = [
+            [disc, count] for g in self._groups for disc, count in pole.counted(self.prover.loop(g).A.charpoly())
+        ]  # fmt: skip
+        strays = []
+        for i, pair in enumerate(pairs):
+            at = acb(*(arb(number(v, place)) for v in entries_of(pair, place, 2, 2)))
+            off = [(float(abs(at - disc).mid()), k) for k, (disc, count) in enumerate(left) if count]
+            nearest = min(off)[1] if off else None
+            if nearest is None or not _near(at, left[nearest][0]):
+                strays.append(i)
+            else:
+                left[nearest][1] -= 1
+        return strays
 
     def _poles(self, place: str, value: Any) -> None:
         """Each eigenvalue is stated once; each stated is one."""
@@ -119,24 +145,29 @@ class Statements:
         pairs = entries_of(value, place, 500)
         if len(pairs) != order:
             self.faults.append(f"{place} must be all {order} eigenvalues; {len(pairs)} are stated")
-        self._loop_poles(place, value)
+        self._among_poles(place, pairs)
 
     def _loop_poles(self, place: str, value: Any) -> None:
-        for i, pair in enumerate(entries_of(value, place, 500)):
-            if not self._is_pole(pair, place):
-                self.faults.append(f"{place}.{i} is no pole of the loop")
+        """Each stated is an eigenvalue; which of them the commands see is not derived."""
+        self._among_poles(place, entries_of(value, place, 500))
+        self.unproved.append(f"{place} (whether these are all)")
+
+    def _among_poles(self, place: str, pairs: Sequence[Any]) -> None:
+        self.faults += [f"{place}.{i} is no pole of the loop, or stated twice" for i in self._strays(pairs, place)]
 
     def _modes(self, place: str, value: Any) -> None:
-        for i, mode in enumerate(entries_of(value, place, 500)):
+        keys = ("name", "frequency_hz", "damping", "pole")
+        modes = [keyed(mode, f"{place}.{i}", keys) for i, mode in enumerate(entries_of(value, place, 500))]
+        strays = self._strays([m["pole"] for m in modes], place)
+        for i, m in enumerate(modes):
             at = f"{place}.{i}"
-            m = keyed(mode, at, ("name", "frequency_hz", "damping", "pole"))
-            if not self._is_pole(m["pole"], at):
-                self.faults.append(f"{at}.pole is no pole of the loop")
+            if i in strays:
+                self.faults.append(f"{at}.pole is no pole of the loop, or stated twice")
                 continue
             p = acb(*(arb(number(v, at)) for v in m["pole"]))
             self.agrees(f"{at}.frequency_hz", m["frequency_hz"], *ends_of(abs(p) / (2 * arb.pi())))
             self.agrees(f"{at}.damping", m["damping"], *ends_of(-p.real / abs(p)), NOTHING)
-        self.unproved.append(f"{place} (names)")
+        self.unproved.append(f"{place} (names, and whether these are all)")
 
     def _of_groups(self, place: str, value: Any) -> Iterator[tuple[str, Any]]:
         """Entries of the table's groups; those of no group must be empty."""
@@ -270,6 +301,10 @@ class Statements:
                 loop = loops[group]
                 peak = Peak(loop.sensitivity, loop.lengths) if factor else self.prover.peak(group)
                 self._peak(f"{place}.peak_sensitivity.{name}", stated, peak)
+
+
+def _near(stated: acb, disc: acb) -> bool:
+    return bool(abs(stated - disc) <= arb(AGREES) * (abs(disc) + arb(NOTHING)))
 
 
 def _factors(name: str) -> dict[str, fmpq] | None:
