@@ -193,8 +193,19 @@ def test_groups_checked_apart_have_the_poles_and_the_peak_of_the_whole_vehicle(t
 
 def test_a_table_for_heave_alone_is_checked_with_the_rest_of_the_vehicle_held():
     heave = read_table(shipped_problems()["heave"] / "approved.json")
-    assert list(digital_check(heave).groups) == ["heave"]
+    check = digital_check(heave)
+    assert list(check.groups) == ["heave"]
+    # heave with pitch held promises its peak under the name of its group; the promise is compared as any other
+    peak = check.groups["heave"][0].peak_sensitivity.upper
+    assert {p.name: p.value for p in check.promises}["peak sensitivity, heave_pitch"] == peak
     assert "motions: heave\n" in render(heave, "c", accept=True).decode("ascii")
+
+
+def test_a_peak_promised_of_a_group_that_the_table_does_not_control_is_refused(table):
+    name = "peak sensitivity, sway_roll_yaw"
+    renamed = [p.model_copy(update={"name": "peak sensitivity, sway"}) if p.name == name else p for p in table.promises]
+    with pytest.raises(InputError, match="'peak sensitivity, sway' must be promised of a group"):
+        digital_check(table.model_copy(update={"promises": renamed}))
 
 
 def test_header_and_matlab_file_state_the_figures_of_the_sampled_loop(table):

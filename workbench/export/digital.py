@@ -19,6 +19,7 @@ from workbench.errors import InfeasibleError, InputError
 from workbench.export.table import GainTable
 from workbench.loop import subject
 from workbench.result import Result, Row
+from workbench.verify.kind import PEAK, called
 
 COUNTERPARTS = {"damping ratio": "damping", "decay rate": "decay"}  # promise of the whole loop to its sampled figure
 
@@ -162,12 +163,20 @@ def exportable(table: GainTable, computing_delay: float = 0.0, *, accept: bool =
 def _promised(table: GainTable, check: DigitalCheck):
     """The promises of the nominal plant that damping, decay and peak sensitivity of the sampled loop answer."""
     worst = check.worst()
+    peaks = {called(group): loop.peak_sensitivity for group, (loop, _) in check.groups.items() if loop.peak_sensitivity}
     for promise in table.promises:
         if promise.box:
             continue
         name, _, group = promise.name.partition(", ")
-        if name == "peak sensitivity" and (group in check.groups or not group):
-            value = check.groups[group][0].peak_sensitivity.upper if group else worst["peak_sensitivity"]
+        if name == PEAK and group:
+            if group not in peaks:
+                raise InputError(
+                    f"{promise.name!r} must be promised of a group that the table controls, one of {', '.join(peaks)}; "
+                    "it is of another. Check the table with 'workbench verify'."
+                )
+            value = peaks[group].upper
+        elif name == PEAK:
+            value = worst["peak_sensitivity"]
         elif name in COUNTERPARTS:
             value = worst[COUNTERPARTS[name]]
         else:
