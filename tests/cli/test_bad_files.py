@@ -36,6 +36,10 @@ TAU = "tau_h = [0.03, 4.0]"
         ("tau_y = 0.2", "tau_y = 0.2\nK_h = 1.0", "every gain must be either bounded (free) or fixed; both: K_h"),
         ("K_hp = 0.0", "K_hp = nan", "fixed.K_hp is not usable"),
         ("sample_time_s = 0.001", "sample_time_s = 0.0", "discretisation.sample_time_s is not usable"),
+        (
+            "[bounds]", '[operating_point]\nside_force_n = 5e6\nsource = "a gale"\n\n[bounds]',
+            "the vehicle must rest clear of the guideway",
+        ),
         ("[problem]", "[problem", "must be valid TOML"),
         ("[vehicle]", "[vehicle]\nweight_n = 1.0", "must be valid TOML; Cannot overwrite a value"),
         ("[vehicle]", "[vehicle]\na = " + "[" * 5000, "must not be nested deeply; give a flat TOML mapping"),

@@ -19,7 +19,7 @@ from workbench.design.model import STABILITY, Box, Variation
 from workbench.design.problem import Problem
 from workbench.design.requirement import QUANTITIES, Requirement
 from workbench.design.scheduled import Plan
-from workbench.errors import InputError, unknown_name
+from workbench.errors import InfeasibleError, InputError, unknown_name
 from workbench.export.digest import check_digest
 from workbench.export.physics import (
     CornerBlock,
@@ -112,7 +112,12 @@ def load_problem(name: str, *, speed: float | None = None) -> Problem:
         hashlib.sha256(text.encode()).hexdigest(),
         _approved(approved, own if speed is None else speed) if approved.is_file() else None,
     )
-    problem = builder(folder)(whole if speed is None else whole.at_speed(speed))
+    try:
+        problem = builder(folder)(whole if speed is None else whole.at_speed(speed))
+    except InfeasibleError as error:
+        if speed is not None:
+            raise
+        raise InputError(str(error)) from error  # no equilibrium as the data stand: they are what must be mended
     if not isinstance(problem, Problem):
         raise InputError(f"{folder / 'problem.py'} must return a design.Problem; got a {type(problem).__name__}.")
     return problem
