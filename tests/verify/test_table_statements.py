@@ -118,3 +118,22 @@ def test_scheduled_gains_are_tied_to_the_tables_whatever_the_size_of_their_coeff
     schedule["coefficients"]["K_h"][0] = repr(float(gains["K_h"]) * (1 + 1e-6))
     assert "K_h" in faults(schedule)[0]
     assert "K_h" in faults(far_off(schedule, 10**9))[0]
+
+
+def test_a_motor_is_stated_only_of_a_plant_that_has_one(heave, hybrid):
+    motor = hybrid.document["certificate"]["motor"]
+    assert "has no 'current_motor_d_right'" in fault_of(heave, lambda d: d["certificate"].update(motor=motor))
+    assert not tie.faults_of(table_of(hybrid.document))
+
+
+def test_speeds_of_the_schedule_that_no_promise_reaches_are_said(heave):
+    document = heave.document
+    gains = {name: [text] for name, text in document["gains"].items()}
+    document["schedule"] = {
+        "variable": "speed", "unit": "m/s", "range": ["1", "500"], "centre": "0", "scale": "1", "points": [],
+        "coefficients": gains, "forces": None,
+    }  # fmt: skip
+    boxed(document)["box"] = {"speed": [100.0, 134.0]}
+    document["promises"][-1]["at"] = {}
+    said = verify_document(document).not_promised
+    assert "speeds of the schedule outside 100 to 134 m/s; it goes from 1 to 500 m/s" in said

@@ -91,6 +91,7 @@ _TEMPLATE = """\
 {commands}
  *
  * Use: {use}
+ * A sensor value that is no finite number stays in the filters until wb_init: check the sensors before.
  * C99 or later. Define WB_FLOAT before including for single precision.
  */
 #ifndef WB_LAW_H

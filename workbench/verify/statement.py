@@ -59,7 +59,7 @@ class Statements:
         self.unproved += [f"undecided.{i}" for i, _ in enumerate(self.table.undecided)]
         schedule = self.table.schedule or {}
         self.unproved += ["schedule.points"] if schedule else []
-        self.unproved += ["schedule.forces.nodes"] if schedule.get("forces") else []
+        self.unproved += ["schedule.forces (at other speeds than the table's)"] if schedule.get("forces") else []
 
     def requirements(self, proved: Mapping[str, tuple[fmpq, fmpq]]) -> None:
         """Each requirement's value is that of its promise, and it is met if it says so."""

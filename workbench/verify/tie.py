@@ -5,6 +5,7 @@
     vehicle's coil forces against its weight: what does not carry it is no flight
     schedule              against gains and coil forces at the table's own speed
     requirements          against what is proved of them
+    motor                 against the plant's currents
 
 Each tie answers with sentences, one for each thing that does not hold.
 """
@@ -31,7 +32,16 @@ def faults_of(table: Table) -> list[str]:
     """Everything in which the table's numbers contradict each other."""
     faults = [*_kinematics(table), *_symmetry(table), *_schedule(table)]
     physics = table.certificate.physics if table.certificate else None
-    return faults + (_carried(physics) if physics else [])
+    return faults + (_carried(physics) if physics else []) + _motor(table)
+
+
+def _motor(table: Table) -> list[str]:
+    """A motor's currents are those of a plant that has one."""
+    if table.certificate is None or table.certificate.motor is None:
+        return []
+    due = [f"current_motor_{axis}_{side}" for axis in "dq" for side in ("right", "left")]
+    missing = [name for name in due if name not in table.plant.outputs]
+    return [f"a motor's currents are stated, and the plant has no {missing[0]!r}"] if missing else []
 
 
 def _sets(table: Table) -> tuple[Sequence[tuple[fmpq, fmpq]], Sequence[Sequence[int]]]:
