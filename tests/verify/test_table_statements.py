@@ -59,7 +59,15 @@ def test_a_box_is_one_of_vehicles_in_factors_that_reach_no_group_too(heave, inte
     assert "'yaw_inertia' from" in fault_of(heave, lambda d: boxed(d, yaw_inertia=interval))
 
 
-@pytest.mark.parametrize("box", [{"mass": [-1e9, 1e9]}, {"mass": [1.1, 0.9]}, {"Mass": [0.9, 1.1]}])
+def test_what_is_left_undecided_may_be_so_for_a_factor_that_the_checker_does_not_know(heave):
+    left = {
+        "name": "damping ratio", "sense": ">=", "limit": 0.4, "box": {"cg_forward_m": [-0.5, 0.5]}, "share": 1.0,
+        "reason": "no proof",
+    }  # fmt: skip
+    assert verify_document(heave.changed(lambda d: d["undecided"].append(left))).proved
+
+
+@pytest.mark.parametrize("box", [{"mass": [-1e9, 1e9]}, {"mass": [1.1, 0.9]}, {"cg_forward_m": [0.5, -0.5]}])
 def test_what_is_left_undecided_is_so_over_a_box_of_vehicles(heave, box):
     left = {"name": "damping ratio", "sense": ">=", "limit": 0.4, "box": box, "share": 0.0, "reason": ""}
     assert "known factors that rise" in fault_of(heave, lambda d: d["undecided"].append(left))

@@ -219,15 +219,16 @@ def _doubled(table: Table) -> list[str]:
 
 
 def _misplaced(table: Table) -> list[str]:
-    """Boxes, promised or undecided, are of known factors that rise; a member named lies in its box in every factor.
+    """Boxes rise and are of vehicles; a member named lies in its box in every factor.
 
-    Asked of the table and not of the loops: a factor that reaches no group of a promise is as much a statement.
+    Asked of the table and not of the loops: a factor that reaches no group of a promise is as much a statement. What is
+    left undecided may be so for a factor that the checker does not know, such as a shifted centre of gravity.
     """
     faults = []
     for entry in (*table.promises, *table.undecided):
         for name, (low, high) in entry.box.items():
-            positive = low > 0 or name not in DIVIDING
-            if not (name in (SPEED, *FACTORS) and low < high and positive):
+            known = name in (SPEED, *FACTORS) or isinstance(entry, Undecided)
+            if not (known and low < high and (low > 0 or name not in DIVIDING)):
                 faults.append(
                     f"{entry.name!r} must speak of a box of known factors that rise, of mass and inertias above zero; "
                     f"{name[:40]!r} from {float(low):g} to {float(high):g} is none"
