@@ -57,7 +57,7 @@ def supervised(seconds: float | None, work: str) -> Deadline:
     deadline = Deadline.after(seconds, "--budget-seconds")
     if not _permitted:
         return deadline
-    deadline = deadline.since(_begun())
+    deadline = deadline.since(begun())
     signal.pthread_sigmask(signal.SIG_BLOCK, {*PASSED_ON, signal.SIGCHLD})
     lifeline, held = os.pipe()
     child = os.fork()
@@ -105,8 +105,13 @@ def attempted(extra: Callable[[], T], otherwise: T, deadline: Deadline) -> tuple
         signal.setitimer(signal.ITIMER_REAL, max(before - monotonic(), 1e-3))
 
 
-def _begun() -> float:
-    """When this process began, on `time.monotonic`, to a hundredth of a second: Python has started since."""
+def begun() -> float:
+    """When a command began, on `time.monotonic`, to a hundredth of a second: Python has started since.
+
+    Now, in a process that is not a command's own.
+    """
+    if not _permitted:
+        return monotonic()
     try:
         with open("/proc/self/stat", encoding="utf-8") as file:
             ticks = int(file.read().rpartition(")")[2].split()[19])  # after the boot, field 22 of proc(5)

@@ -27,6 +27,7 @@ def pool(workers: int, prepare: Callable[..., None] | None = None, *arguments) -
         workers, get_context("spawn"), initializer=_begin, initargs=(lifeline, prepare, arguments)
     )
     try:
+        _start(executor)
         yield executor
     except BaseException:
         held.close()
@@ -39,10 +40,20 @@ def pool(workers: int, prepare: Callable[..., None] | None = None, *arguments) -
         lifeline.close()
 
 
+def _start(executor: ProcessPoolExecutor) -> None:
+    """Begins the workers deaf to Ctrl-C, which reaches them too: until `_begin` nothing in them could answer it."""
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        executor.submit(os.getpid)
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
 def _begin(lifeline: Connection, prepare: Callable[..., None] | None, arguments: tuple) -> None:
     """What every worker does first."""
     with suppress(ValueError):  # a thread of some other executor takes no signals
         signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent is interrupted, and ends its workers
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
     threading.Thread(target=_end_with, args=(lifeline,), daemon=True).start()
     keep_one_thread()
     if prepare is not None:

@@ -27,6 +27,20 @@ if __name__ == "__main__":
             executor.submit(asleep, one)
         {end}
 """
+DEAF = """
+import signal
+from workbench.workers import pool
+
+def deaf():
+    blocked = signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, [])
+    return signal.getsignal(signal.SIGINT) == signal.SIG_IGN, blocked
+
+if __name__ == "__mp_main__":  # a worker that reads the script, before it has begun
+    assert deaf() == (False, True)
+if __name__ == "__main__":
+    with pool(1) as executor:
+        print(executor.submit(deaf).result(), deaf())
+"""
 ENDS = {
     "killed": "time.sleep(60)",
     "interrupted": "time.sleep(60)",
@@ -67,3 +81,10 @@ def test_busy_workers_end_when_their_parent_does(end, tmp_path):
 def test_work_that_ends_well_returns_what_was_submitted():
     with pool(1) as executor:
         assert executor.submit(pow, 2, 5).result() == 32
+
+
+def test_a_worker_is_deaf_to_ctrl_c_from_its_first_line_and_its_parent_is_not(tmp_path):
+    script = tmp_path / "script.py"
+    script.write_text(DEAF)
+    done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, timeout=60)
+    assert (done.stdout, done.stderr) == ("(True, False) (False, False)\n", "")

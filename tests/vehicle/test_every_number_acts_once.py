@@ -1,6 +1,7 @@
 """Every number of the data, the operating point and a variation acts once: as in a vehicle whose data say so."""
 
 import tomllib
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,6 +10,8 @@ from workbench.analysis.analysis import analyse
 from workbench.constants import GRAVITY
 from workbench.errors import InfeasibleError, InputError
 from workbench.export.problem import ProblemData, load_problem, parse_problem, shipped_folder
+from workbench.vehicle import varied
+from workbench.vehicle.operating import operating_point
 
 WEIGHT = 444800.0
 
@@ -122,6 +125,22 @@ def test_a_force_law_that_does_not_carry_the_weight_is_refused(force):
     rows = data().file.force_law
     with pytest.raises(InputError, match="must carry the weight of 444800 N at the nominal pose; a force down of"):
         data(force_law={"lift": [force, *rows.lift[1:]]}).build()
+
+
+@pytest.mark.parametrize("force", [1.0e5, 2.0e6])
+def test_a_vehicle_of_ones_own_whose_law_does_not_carry_it_has_no_operating_point(force):
+    vehicle = data().vehicle()
+    weak = vehicle.with_values(force_law=replace(vehicle.force_law, lift=(force, *vehicle.force_law.lift[1:])))
+    with pytest.raises(InputError, match="must carry the weight of 444800 N at the nominal pose; a force down of"):
+        operating_point(weak)
+    with pytest.raises(InputError, match="a pitch moment of"):
+        operating_point(vehicle.with_values(positions=tuple((x + 3.0, y) for x, y in vehicle.positions)))
+
+
+def test_a_heavier_vehicle_of_a_variation_is_held_in_the_pose_of_the_one_it_varies():
+    point = data().operating_point(varied(data().vehicle(), mass=1.15))
+    assert not point.trim.pose.any()
+    assert point.trim.external[0] == pytest.approx(-0.15 * 444800, rel=1e-9)
 
 
 def test_a_force_law_that_leaves_a_moment_is_refused():

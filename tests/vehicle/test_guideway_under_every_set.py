@@ -108,6 +108,22 @@ def test_damping_follows_a_guideway_that_moves_with_the_vehicle():
     assert rising == pytest.approx(falling, rel=1e-12)
 
 
+def test_a_passive_vehicle_follows_the_guideway_as_a_mass_on_springs_and_dampers_does():
+    # (k + jωc)/(k + jωc − mω²): 0.106 at 5 Hz with 20 kN s/m a set, 0.087 if the guideway's rate were left out
+    vehicle = REVENUE.vehicle.with_extras(lift_damping=2e4)
+    plant, omega = operating_point(vehicle).plant(), 2 * np.pi * 5.0
+    heave = plant.outputs.index("Z")
+    answer = plant.response(np.array([omega]))[0][heave]
+    heights, rates = (
+        answer[plant.index("inputs", [f"{kind}_{i}" for i in range(1, 5)])].sum() for kind in ("zeta", "zeta_rate")
+    )
+    k, c = -4 * vehicle.force_law.lift[1], 4 * 2e4
+    alone = (k + 1j * omega * c) / (k + 1j * omega * c - vehicle.mass * omega**2)
+    assert abs(heights + 1j * omega * rates) == pytest.approx(0.106, abs=5e-4)
+    assert abs(heights + 1j * omega * rates) == pytest.approx(abs(alone), rel=1e-3)  # pitch adds the rest
+    assert abs(heights) == pytest.approx(0.087, abs=5e-4)
+
+
 def test_analysis_and_simulation_of_a_damped_vehicle_agree():
     vehicle, setting = damped()
     frequency = 5.0

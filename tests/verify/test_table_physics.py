@@ -1,14 +1,19 @@
 """The plant derived a second time, from the vehicle beside it: every shipped vehicle and every extra effect."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from workbench.errors import InputError
 from workbench.export.agreement import agreement
 from workbench.export.certificate import certificate_of, exact_plant
 from workbench.export.problem import load_problem, shipped_problems
 from workbench.export.table import table_from_design
 from workbench.lti import Plant
+from workbench.vehicle.carried import check_carried
 from workbench.verify.physics import Physics, differences
+from workbench.verify.tie import _carried
 
 
 @pytest.mark.parametrize(
@@ -114,3 +119,24 @@ def test_a_table_is_written_with_its_certificate(heave):
     # corner 0.1 Hz at 134 m/s
     assert float(table.certificate.guideway.spectra["A1"].corners_rad_m[0]) == pytest.approx(2 * np.pi * 0.1 / 134)
     assert table.certificate.motor is None
+
+
+@pytest.mark.parametrize(
+    ("change", "kind"),
+    [
+        (lambda d: d["lift"].__setitem__(0, "111350"), "a force down of -600 N"),
+        (lambda d: d.update(positions_m=[[str(float(x) + 1.2), y] for x, y in d["positions_m"]]), "a pitch moment of"),
+        (lambda d: d.update(positions_m=[[x, "-0.5" if y[0] == "-" else y] for x, y in d["positions_m"]]), "a roll"),
+        (lambda d: d.update(positions_m=[[x, y.lstrip("-")] for x, y in d["positions_m"]]), "a force to the right"),
+    ],
+)
+def test_forces_that_do_not_carry_the_vehicle_are_a_fault_as_they_are_when_it_is_read(change, kind):
+    document = certificate_of(load_problem("heave"))["physics"]
+    assert _carried(Physics.read(document)) == []
+    change(document)
+    assert any(kind in fault for fault in _carried(Physics.read(document)))
+    vehicle = load_problem("heave").vehicle
+    law = replace(vehicle.force_law, lift=tuple(map(float, document["lift"])))
+    places = tuple((float(x), float(y)) for x, y in document["positions_m"])
+    with pytest.raises(InputError, match="must carry the weight"):
+        check_carried(vehicle.with_values(force_law=law, positions=places))

@@ -121,7 +121,7 @@ def design(
     finishing()
     write_text(report, page)  # both are complete before either is written
     write_text(path, table_json(table))
-    if len(result.starts) < starts or solving.expired:
+    if len(result.starts) < starts or solving.expired or received():
         why = "the budget ended" if received() is None else word()
         tell(f"{why} after {len(result.starts)} of {starts} starts; {path} holds the best design verified by then.")
     if left_out:

@@ -25,7 +25,8 @@ def verify(
     ] = None,
     speed: Speed = None,
     budget_seconds: Annotated[
-        float, typer.Option(help="Seconds after which what is not decided is undecided, and the table does not hold.")
+        float,
+        typer.Option(help="Seconds after which, from its start, what is not decided is undecided and does not hold."),
     ] = 60.0,
     json: Json = False,
 ) -> None:
@@ -34,8 +35,9 @@ def verify(
     from workbench.commands.guard import guarded
     from workbench.commands.output import emit_json
     from workbench.errors import InfeasibleError, InputError
+    from workbench.supervision import begun
 
-    end = monotonic() + checked_budget(budget_seconds, "--budget-seconds")
+    end = begun() + checked_budget(budget_seconds, "--budget-seconds")
     if speed is not None and problem is None:
         raise InputError("--speed must come with --problem, whose operating point it moves; got no problem. Name one.")
     said: dict[str, Any] = {"promises": []}

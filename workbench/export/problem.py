@@ -203,7 +203,7 @@ class ProblemData:
         block = self.file.operating_point
         vehicle = self.vehicle() if vehicle is None else vehicle
         conditions = block.conditions(vehicle.mass, self.weight) if block else None
-        return operating_point(vehicle, conditions, balance=self._balance)
+        return operating_point(vehicle, conditions, balance=self._balance, carried=False)
 
     def requirements(self) -> tuple[Requirement, ...]:
         """The limits in SI units, in the order of `QUANTITIES`."""

@@ -12,6 +12,7 @@ from workbench.constants import GRAVITY
 from workbench.errors import InputError
 from workbench.vehicle.body import held_by_moment
 from workbench.vehicle.parameters import Vehicle
+from workbench.vehicle.trim import Trim
 
 FORCE_LEFT = 1e-3  # of the weight: coefficients are printed to four or five digits
 MOMENT_LEFT = 0.1  # of weight × length, of weight × track for roll: more than ballast and thrust line balance
@@ -26,11 +27,15 @@ def largest_residual(vehicle: Vehicle) -> np.ndarray:
     return weight * np.array([FORCE_LEFT, arms[0], FORCE_LEFT, arms[1], arms[2]])
 
 
-def check_carried(vehicle: Vehicle) -> None:
-    """Refuses a vehicle whose forces at the nominal pose do not carry it, but for a moment that ballast can balance."""
-    residual, allowed = held_by_moment(vehicle).residual, largest_residual(vehicle)
-    k = int(np.argmax(np.abs(residual) / allowed))
-    if abs(residual[k]) > allowed[k]:
+def check_carried(vehicle: Vehicle, trim: Trim | None = None) -> None:
+    """Refuses a vehicle whose forces at the nominal pose do not carry it, but for a moment that ballast can balance.
+
+    trim : its `held_by_moment`, where that is known already
+    """
+    residual, allowed = (trim or held_by_moment(vehicle)).residual, largest_residual(vehicle)
+    missed = np.flatnonzero(~(np.abs(residual) <= allowed))  # not a number is not carried either
+    if missed.size:
+        k = missed[0]
         unit = "N" if k in (0, 2) else "N m"
         raise InputError(
             f"the forces of the coil sets must carry the weight of {vehicle.mass * GRAVITY:.6g} N at the nominal pose; "

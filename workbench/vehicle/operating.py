@@ -19,6 +19,7 @@ from workbench.lti import Plant
 from workbench.lti.signals import COORDINATES, numbered
 from workbench.result import Result, Row
 from workbench.vehicle.body import STATES, deviations, held_by_moment, inertia, tangent_at
+from workbench.vehicle.carried import check_carried
 from workbench.vehicle.conditions import Conditions
 from workbench.vehicle.drive import with_motor
 from workbench.vehicle.linear import Linearisation, assembled, linearise
@@ -79,7 +80,7 @@ class OperatingPoint(Result):
 
 
 def operating_point(
-    vehicle: Vehicle, conditions: Conditions | None = None, *, balance: str = "moment"
+    vehicle: Vehicle, conditions: Conditions | None = None, *, balance: str = "moment", carried: bool = True
 ) -> OperatingPoint:
     """The equilibrium of a vehicle under given conditions.
 
@@ -91,14 +92,21 @@ def operating_point(
         Nominal flight if left out.
     balance : "moment", "currents", "cg" or "pose"
         Who balances what the nominal geometry leaves over; see `trim`.
+    carried : bool
+        Whether a help by "moment" must not hide that the forces do not carry the vehicle. False for a `varied` one,
+        whose help holds it in the pose of the vehicle that it varies.
 
     Raises
     ------
+    InputError
+        If the forces at the nominal pose leave more than ballast can balance; see `check_carried`.
     InfeasibleError
         If no equilibrium with all coils clear of the guideway is found near the nominal pose.
     """
     conditions = conditions or Conditions()
     nominal = held_by_moment(vehicle) if balance == "moment" else trim(vehicle, by=balance)
+    if carried and balance == "moment":
+        check_carried(vehicle, nominal)
     n = vehicle.count
     strength = conditions.strength(n)
     if conditions.nominal:

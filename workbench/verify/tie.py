@@ -25,6 +25,9 @@ from workbench.verify.table import Table
 
 CARRIED = fmpq(1, 1000)  # of the weight: printed force laws have four digits
 PRINTED = fmpq(1, 10**9)  # relative: gains of a schedule are computed in doubles from its printed coefficients
+BALANCED = fmpq(1, 10)  # of weight × length, of weight × track for roll: the most that ballast and thrust line balance
+KINDS = ("a force down", "a pitch moment", "a force to the right", "a roll moment", "a yaw moment")
+UNITS = ("N", "N m", "N", "N m", "N m")
 COORDINATES = ("Z", "Theta", "Y", "Phi", "Psi")
 
 
@@ -137,23 +140,30 @@ def _symmetry(table: Table) -> list[str]:
 
 
 def _carried(physics: Physics) -> list[str]:
-    """The coil forces at rest carry the weight, within the base that the coil sets make."""
+    """The coil forces at rest carry the weight and leave no moment but one that ballast can balance."""
     weight = physics.inertia[0] * decimal(GRAVITY, "")
-    lift, lateral = (physics.forces[k, 0] for k in (0, 1))
-    total = lift * len(physics.positions)
-    if abs(total - weight) > CARRIED * weight:
-        return [
-            f"the coil sets' lift at rest must carry the weight, {float(weight):.6g} N, to a thousandth; it is "
-            f"{float(total):.6g} N"
-        ]
-    x = [place[0] for place in physics.positions]
-    moment = sum((lift * at for at in x), fmpq(0)) - physics.drag_ratio * (lift + lateral) * physics.depth * len(x)
-    if abs(moment) > weight * max(abs(at) for at in x):
-        return [
-            f"the coil sets' forces at rest must hold the vehicle level; they leave a pitch moment of "
-            f"{float(moment):.4g} N m, more than the weight at the farthest coil set"
-        ]
-    return []
+    lift, lateral, turn = (physics.forces[k, 0] for k in range(3))
+    residual = [fmpq(0)] * 5
+    for x, y in physics.positions:
+        side = 1 if y > 0 else -1
+        force = (-physics.drag_ratio * (lift + lateral), side * lateral, -lift)
+        moment = (
+            -y * lift - physics.depth * force[1] - side * turn,
+            physics.depth * force[0] + x * lift,
+            x * force[1] - y * force[0],
+        )
+        here = (-lift, moment[1], force[1], moment[0], moment[2])
+        residual = [a + b for a, b in zip(residual, here, strict=True)]
+    residual[0] += weight
+    length, track = (max(at) - min(at) for at in zip(*physics.positions, strict=True))
+    base = [fmpq(1), BALANCED * length, fmpq(1), BALANCED * track, BALANCED * length]
+    allowed = [(CARRIED if k in (0, 2) else 1) * weight * b for k, b in enumerate(base)]
+    return [
+        f"the coil sets' forces at rest must carry the weight of {float(weight):.6g} N but for what ballast balances; "
+        f"they leave {kind} of {float(left):.4g} {unit}, and {float(most):.3g} {unit} may be"
+        for kind, unit, left, most in zip(KINDS, UNITS, residual, allowed, strict=True)
+        if abs(left) > most
+    ]
 
 
 def _schedule(table: Table) -> list[str]:
