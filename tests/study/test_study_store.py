@@ -40,6 +40,16 @@ def test_one_changed_digit_is_refused_with_the_name_of_the_file(kept):
         read()
 
 
+@pytest.mark.parametrize("content", ["", "[1]", "null", "[" * 100_000, "{"])
+def test_a_file_that_is_no_table_of_rows_may_be_deleted(kept, content):
+    path, read = kept
+    path.write_text(content)
+    with pytest.raises(InputError, match=r"00000000\.json .* delete it: only its rows are computed again\.$"):
+        read()
+    path.unlink()
+    assert read() == []
+
+
 def test_every_single_character_changed_is_refused_or_changes_nothing(kept):
     path, read = kept
     text = path.read_text()

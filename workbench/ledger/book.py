@@ -35,7 +35,7 @@ KINDS = {
     "words": "statements in words, each with its bounds",
     "derived": "numbers derived from printed ones",
 }
-EDGE = 1e-9  # relative: half a unit of a decimal digit is not a binary number
+EDGE = 1e-12  # relative: half a unit of a decimal digit is not a binary number
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

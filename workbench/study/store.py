@@ -93,9 +93,10 @@ class Store:
     def pieces(self, width: int) -> Iterator[Piece]:
         """What is finished, in the order of rows; each row has so many entries, the last of them words."""
         for path in self._files():
-            document = read_mapping(path)
             try:
-                yield self._checked(document, int(path.stem), width)
+                yield self._checked(read_mapping(path), int(path.stem), width)
+            except InputError as error:
+                raise InputError(f"{error} Or delete it: only its rows are computed again.") from error
             except (KeyError, TypeError, ValueError, RecursionError) as error:
                 fault = f"it has no {error}" if isinstance(error, KeyError) else error
                 raise InputError(
