@@ -103,6 +103,7 @@ def test_a_table_agrees_with_its_problem_and_not_with_another(heave):
         (lambda d: d["promises"].pop(0), "every requirement of 'heave' must be promised; 'damping ratio' >= 0.5"),
         (lambda d: d["promises"][0].update(limit=0.1), "every requirement of 'heave' must be promised"),
         (lambda d: d["plant"]["outputs"].__setitem__(0, "other"), "their signals differ"),
+        (lambda d: d.update(title="Certified for passengers"), "the title must be that of 'heave'"),
     ],
 )
 def test_what_a_forger_would_change_disagrees_with_the_problem(heave, change, sentence):

@@ -73,6 +73,8 @@ def agreement(document: dict[str, Any], problem, *, schedule: bool = True) -> Ag
             f"the data of {problem.name!r} must be those the table was made from; their SHA-256 is "
             f"{problem.data_sha256[:12]}…, the table's {document['data_sha256'][:12]}…"
         )
+    if document["title"] != problem.title:
+        sentences.append(f"the title must be that of {problem.name!r}, {problem.title!r}; got {document['title']!r}")
     difference, place = _plant_difference(document["plant"], plant)
     if difference is None or not difference <= SAME:
         how = "their signals differ" if difference is None else f"{place} differs by {difference:.2g} of its row"
