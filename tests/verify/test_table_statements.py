@@ -145,3 +145,17 @@ def test_speeds_of_the_schedule_that_no_promise_reaches_are_said(heave):
     document["promises"][-1]["at"] = {}
     said = verify_document(document).not_promised
     assert "speeds of the schedule outside 100 to 134 m/s; it goes from 1 to 500 m/s" in said
+
+
+@pytest.mark.parametrize("kept", [1, 2])
+def test_a_vehicle_with_fewer_coil_sets_than_commands_is_a_fault(heave, kept):
+    def change(document):
+        physics = document["certificate"]["physics"]
+        physics["positions_m"] = physics["positions_m"][:kept]
+
+    assert f"the law's 4 commands; its coil sets make {kept}" in fault_of(heave, change)
+
+
+def test_a_vehicle_without_coil_sets_is_refused(heave):
+    with pytest.raises(TableError, match="must be a list of 1 to 100 entries"):
+        verify_document(heave.changed(lambda d: d["certificate"]["physics"].update(positions_m=[])))

@@ -66,7 +66,9 @@ class Physics:
         mass = one("mass_kg")
         if min(mass, *inertia.values()) <= 0:
             raise TableError(f"{at} must hold a positive mass and inertias; it does not. Get the table again.")
-        places = matrix_of(p.get("positions_m"), f"{at}.positions_m", len(entries_of(p.get("positions_m"), at, 100)), 2)
+        places = matrix_of(
+            p.get("positions_m"), f"{at}.positions_m", len(entries_of(p.get("positions_m"), at, 100, 1)), 2
+        )
         count = places.nrows()
         joined = [
             tuple(entries_of(group, f"{at}.joined", 100, 1))

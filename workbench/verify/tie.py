@@ -88,6 +88,9 @@ def _outputs(table: Table) -> Iterator[str]:
     for k, name in enumerate(COORDINATES):
         expected[f"{name}_acceleration"] = [({}, {k: one})]
     _, groups = _sets(table)
+    if len(groups) != law.count:
+        yield f"the vehicle must have the law's {law.count} commands; its coil sets make {len(groups)}"
+        return
     for i, ((x, y), s) in enumerate(zip(law.positions, law.sides, strict=True)):
         n, share = i + 1, fmpq(-1, len(groups[i]))  # sensors of a command read the mean over its coil sets
         zeta, eta = (plant.index("inputs", [f"{kind}_{k + 1}" for k in groups[i]]) for kind in ("zeta", "eta"))
