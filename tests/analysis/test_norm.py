@@ -293,3 +293,13 @@ def test_a_tolerance_below_rounding_is_refused():
 def test_a_level_of_zero_is_refused():
     with pytest.raises(InputError, match="level must be positive; got 0"):
         intervals_above([[-1.0]], [[1.0]], [[1.0]], None, 0)
+
+
+@pytest.mark.parametrize("unit", [1e-9, 1e-6, 1.0, 1e6, 1e9])
+def test_a_gain_that_is_largest_at_infinity_is_as_narrowly_bracketed_in_any_unit_of_time(unit):
+    # s (s + 1)/(s² + 3s + 1) stays below its limit 1 at infinity, where the level's problem is a pencil
+    A = unit * np.array([[0.0, 1.0], [-1.0, -3.0]])
+    B, C = unit * np.array([[0.0], [1.0]]), np.array([[-1.0, -2.0]])
+    peak = peak_gain(A, B, C, [[1.0]])
+    assert peak.frequency == math.inf
+    assert 1.0 <= peak.upper <= 1 + 2e-9  # the tolerance asked for is 1e-9

@@ -66,3 +66,10 @@ def test_a_signal_that_is_not_there_is_refused_with_the_nearest_one():
 def test_a_sampled_system_is_refused():
     with pytest.raises(InputError, match="must be in continuous time"):
         Plant.from_control(control.ss([[0.5]], [[1.0]], [[1.0]], [[0.0]], 0.01))
+
+
+def test_a_response_at_infinity_is_the_direct_gain_and_a_pole_on_the_axis_is_refused_with_its_frequency():
+    swing = Plant.from_matrices([[0.0, 1.0], [-4.0, 0.0]], [[0.0], [1.0]], [[1.0, 0.0]], [[5.0]])
+    assert swing.response([np.inf, 0.0])[:, 0, 0].tolist() == [5.0, 5.25]
+    with pytest.raises(InputError, match=r"poles on the imaginary axis; got 2\.0 rad"):
+        swing.response([1.0, 2.0])

@@ -82,3 +82,15 @@ def test_a_sharp_resonance_that_just_reaches_one_is_not_overlooked():
         loop = late_loop(companion([2 * zeta * omega * top, 0.0], [1.0, 2 * zeta * omega, omega**2]), 1.0, 0.0)
         value = judged(loop, 10.0)
         assert (value.upper == 0.0) == borne
+
+
+def test_a_sampled_loop_that_is_strong_everywhere_and_bears_no_sample_is_never_met_nor_steered_as_if_it_were():
+    # L = 3z/(z + 0.5): |L| from 2 to 6, pole at −0.125; with one sample more z² + 0.5z + 3z has a root at −3.5
+    P = plant([[-0.5]], [[1.0]], [[-1.5]], [[3.0]], inputs=["u"], outputs=["y"])
+    loop = loop_of(P, controls=["u"], measured=["y"], sample_time=0.1)
+    K = Controller.static([[-1.0]])
+    bound = DelayMargin(points="u", delay=0.1).bind(loop)
+    assert loop.poles(K) == pytest.approx([-0.125])
+    for value in (bound.evaluate(K), bound.exact(K)):
+        assert value.upper == np.inf
+        assert "one more sample" in value.reason

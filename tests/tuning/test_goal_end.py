@@ -124,3 +124,18 @@ def test_the_rms_of_a_feedthrough_behind_a_dead_time_is_infinite():
     found = RmsLimit(**ONE, limit=1.0).bind(loop).exact(NOTHING)
     assert found.value == math.inf
     assert "does not fall off" in found.reason
+
+
+@pytest.mark.parametrize("written", [([1.0], [1.0, 0.0, 4.0]), control.ss(control.tf([1.0], [1.0, 0.0, 4.0]))])
+def test_a_limit_with_a_pole_on_the_axis_inside_the_band_is_infinite_there(written):
+    # attenuation 1/(s² + 4) asks for S(2j) = 0, which a proportional controller does not give
+    bound = Rejection(points="u", attenuation=written).bind(_loop())
+    K = _proportional(3.0)
+    for value in (bound.evaluate(K), bound.exact(K)):
+        assert math.isinf(value.value)
+        assert "at 2 rad/s" in value.reason
+
+
+def test_a_limit_that_vanishes_on_the_axis_inside_the_band_is_never_met():
+    bound = Gain(inputs="u", outputs="y", limit=([1.0, 0.0, 4.0], [1.0, 2.0, 4.0])).bind(_loop())
+    assert "at 2 rad/s" in bound.exact(_proportional(3.0)).reason

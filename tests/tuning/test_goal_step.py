@@ -176,3 +176,20 @@ def test_two_dead_times_in_series_and_a_difference_are_those_of_shifted_response
     t = np.linspace(0, 8, 81)
     shifted = np.where(t > 0.3 + math.sqrt(2), 1 - np.exp(-np.maximum(t - 0.3 - math.sqrt(2), 0)), 0.0)
     np.testing.assert_allclose(pieces.at(t)[:, 0, 0], shifted - (1 - np.exp(-t)), atol=1e-10)
+
+
+def test_a_late_response_that_falls_too_slowly_is_given_up_early_and_said_to_be_unjudged(monkeypatch):
+    # s² + 0.1s + 1 + 0.5e^(−sT) is stable for T < 0.202035; at 0.2 the slowest root leaves after 2e4 s
+    from delay_cases import companion, late_loop
+
+    from workbench.tuning import goal_history
+
+    late = late_loop(companion([0.5], [1, 0.1, 1]), 1.0, 0.2)
+    bound = Overshoot(inputs="u1", outputs="y1", percent=200.0).bind(late)
+    pieces = []
+    keep = goal_history._March._keep
+    monkeypatch.setattr(goal_history._March, "_keep", lambda self, *given: (pieces.append(1), keep(self, *given))[1])
+    value = bound.exact(late.structure.controller())
+    assert value.upper == math.inf
+    assert "does not rest" in value.reason
+    assert len(pieces) < goal_history.MOST_PIECES / 4

@@ -157,3 +157,15 @@ def test_a_parameter_given_for_a_number_brings_its_name_and_bounds():
 def test_a_block_that_cannot_be_is_refused_in_a_sentence(make, sentence):
     with pytest.raises(InputError, match=sentence):
         make()
+
+
+def test_the_response_of_a_controller_is_its_limit_at_infinity_and_refused_at_a_pole_on_the_limit():
+    pi = Controller([[0.0]], [[1.0]], [[2.0]], [[3.0]])
+    assert pi.response(math.inf).item() == 3
+    with pytest.raises(InputError, match=r"got 0\.0 rad"):
+        pi.response(0.0)
+    alternating = Controller([[-1.0]], [[1.0]], [[2.0]], [[3.0]])
+    with pytest.raises(InputError, match=r"got 31\.4159"):
+        alternating.response(math.pi / 0.1, 0.1)  # z = −1, although π is rounded
+    half = Controller([[0.5]], [[1.0]], [[1.0]], [[0.0]])
+    assert half.response(math.pi / 0.1, 0.1).item() == -2 / 3  # no imaginary dust

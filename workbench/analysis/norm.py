@@ -11,7 +11,7 @@ outward-rounded.
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple, cast
 
 import numpy as np
@@ -91,8 +91,15 @@ def peak_gain(A, B, C, D=None, *, tolerance: float = 1e-9) -> Peak:
     """
     if not 1e-13 <= tolerance <= 0.1:
         raise InputError(f"tolerance must lie between 1e-13 and 0.1; got {tolerance!r}. Leave it out for 1e-9.")
-    system = balanced(*checked(A, B, C, D))
-    poles = stable_poles(system.A, "A", "The peak of an unstable system has no meaning; stabilise it first.")
+    A, B, C, D = checked(A, B, C, D)
+    poles = stable_poles(A, "A", "The peak of an unstable system has no meaning; stabilise it first.")
+    unit = 2.0 ** np.round(np.log2(np.abs(poles).max(initial=1.0 if len(poles) == 0 else 0.0)))
+    found = _peak(balanced(A / unit, B / unit, C, D), poles / unit, tolerance)
+    return replace(found, frequency=found.frequency * unit)
+
+
+def _peak(system: Realisation, poles: np.ndarray, tolerance: float) -> Peak:
+    """The same in a unit of time in which the fastest pole is near 1, where a pencil's rows have like size."""
     gain = largest_singular_value(*system)
     value, frequency = _best(gain, _first_frequencies(poles))
     if value == 0:  # more distinct frequencies than a nonzero rational function of this order has zeros

@@ -135,7 +135,7 @@ class Plant(Result):
         )  # fmt: skip
 
     def response(self, omega) -> np.ndarray:
-        """Frequency response C (jωI − A)⁻¹ B + D, (k, p, m) complex, at angular frequencies (k,) [rad/s].
+        """Frequency response C (jωI − A)⁻¹ B + D, (k, p, m) complex, at (k,) [rad/s]; D itself at infinity.
 
         Examples
         --------
@@ -143,9 +143,21 @@ class Plant(Result):
         >>> lag.response([0.0, 2.0])[:, 0, 0].tolist()
         [(1+0j), (0.5-0.5j)]
         """
-        s = 1j * np.atleast_1d(np.asarray(omega, float))
-        resolvent = s[:, None, None] * np.eye(len(self.A)) - self.A
-        return self.C @ np.linalg.solve(resolvent, np.broadcast_to(self.B, (len(s), *self.B.shape))) + self.D
+        omega = np.atleast_1d(np.asarray(omega, float))
+        if np.isnan(omega).any():
+            raise InputError("omega must hold numbers; got NaN.")
+        finite = np.isfinite(omega)
+        resolvent = 1j * omega[finite, None, None] * np.eye(len(self.A)) - self.A
+        try:
+            states = np.linalg.solve(resolvent, np.broadcast_to(self.B, (len(resolvent), *self.B.shape)))
+        except np.linalg.LinAlgError:
+            at = float(omega[finite][np.argmin(np.linalg.svd(resolvent, compute_uv=False)[:, -1])])
+            raise InputError(
+                f"omega must avoid the poles on the imaginary axis; got {at!r} rad/s. Move it or add damping."
+            ) from None
+        response = np.broadcast_to(self.D.astype(complex), (len(omega), *self.D.shape)).copy()
+        response[finite] += self.C @ states
+        return response
 
     def poles(self) -> np.ndarray:
         """Eigenvalues of A [rad/s]."""

@@ -31,6 +31,7 @@ TOLERANCE = 1e-11  # of a signal's largest value: the last coefficients of a pie
 RESTS = 1e-10  # of a signal's largest distance from its end
 MOST_KINKS = 150
 MOST_PIECES = 30_000
+FORESEEN = 1000  # pieces after which it is asked whether that many will do
 FIRST_STEP = 0.05  # of the fastest state's time
 CLOSE = 1e-12  # of an instant: two that differ by less are the same
 NEARLY = 0.02  # of the largest: more than a piece's 36 looks are below its own largest
@@ -232,7 +233,7 @@ class _March:
         kinks = self._kinks()
         t, x, first = 0.0, np.zeros((n, m)), FIRST_STEP / fastest
         step, size, away = first, np.zeros(len(self.A)), np.abs(self.rest).max(axis=1)
-        quiet_since = math.inf
+        quiet_since, before, left = math.inf, math.inf, 0.0  # distances of the pieces of late, beside the largest
         while True:
             after = kinks[bisect_right(kinks, t * (1 + CLOSE)) :]
             room = after[0] - t if after else math.inf
@@ -254,8 +255,12 @@ class _March:
             quiet_since = min(quiet_since, t - h) if resting else math.inf
             if not after and t - quiet_since > self.T.max(initial=0.0):
                 break
-            if len(self.start) > MOST_PIECES:
-                raise InputError(f"the response with dead times did not rest within {MOST_PIECES} pieces.")
+            left = max(left, float((distance / np.where(away > 0, away, 1.0)).max(initial=0.0)))
+            hopeless = False
+            if len(self.start) % FORESEEN == 0:
+                hopeless, before, left = not after and self._too_slow(before, left), left, 0.0
+            if hopeless or len(self.start) > MOST_PIECES:
+                raise InputError(f"the response with dead times does not rest within {MOST_PIECES} pieces.")
             if ends:
                 step = first
             elif rough < TOLERANCE / 30:
@@ -270,6 +275,13 @@ class _March:
                 "the response with dead times is the small difference of large states; it was not resolved."
             )
         return Pieces(np.array(self.start), np.array(self.length), coefficients, self.final, ACCURACY)
+
+    def _too_slow(self, before: float, left: float) -> bool:
+        """Whether, falling as from the pieces before the last `FORESEEN` to those, it would need far too many."""
+        if not math.isfinite(before) or left <= RESTS:
+            return False
+        fall = math.log(before / left) / FORESEEN  # per piece; below zero while beating modes still build up
+        return (2 * MOST_PIECES - len(self.start)) * fall < math.log(left / RESTS) and len(self.start) > 3 * FORESEEN
 
     def _kinks(self) -> list[float]:
         """Sums of dead times, as many passages as stay few."""

@@ -35,6 +35,7 @@ ROUNDED = 1e-13  # of ½: S(∞) this near to it leaves open which side of 1 the
 PURSUED = 1e-9  # relative: what rounding leaves of a crossing's place and lag
 MOST_SAMPLES = 200  # of whole samples of dead time tried one by one
 EVERY = "every crossing of the loop gain through 1"
+NO_SAMPLE = "the loop gain is 1 or more up to the Nyquist frequency and one more sample of dead time is not borne."
 NO_ROLL_OFF = "the loop gain is 1 or more at all high frequencies; any dead time is too long."
 
 
@@ -235,6 +236,9 @@ class DelayMeasure:
         if strong:
             low, high = whole_samples(self.channel.system(K), float(h or 0.0), self.delay)
             value, upper = max(value, low), max(upper, high)
+            if high == math.inf:
+                reason = NO_SAMPLE
+                return Value(value=value, upper=upper, frequency=where, channel=self.point, reason=reason, method=EVERY)
         reason = "" if value else "the loop gain passes 1 nowhere; any dead time is borne."
         return Value(value=value, upper=upper, frequency=where, channel=self.point, reason=reason, method=EVERY)
 
@@ -259,8 +263,11 @@ class DelayMeasure:
         poles = state.poles if h is None else state.poles.real + 2j / h * np.arctan(state.poles.imag * h / 2)
         grid = seeds(poles, np.zeros(0), (0.0, top), density)
         finite = grid[np.isfinite(grid) & (grid > 0)]
-        if h is None and abs(self._loop(state, finite[-1:])[0]) >= 1:
-            return infinite(NO_ROLL_OFF)
+        if abs(self._loop(state, finite[-1:])[0]) >= 1:
+            if h is None:
+                return infinite(NO_ROLL_OFF)
+            if whole_samples(self.channel.system(K), h, self.delay)[1] == math.inf:
+                return infinite(NO_SAMPLE)
         for sign in (1, -1):  # where |L| comes close to 1 from either side between two frequencies
             extrema = local_peaks(lambda omega, sign=sign: np.minimum(sign * self._excess(state, omega), 0.0), finite)
             finite = np.unique(np.r_[finite, [omega for omega, _ in extrema]])

@@ -35,6 +35,7 @@ BESIDE = 1e-4  # of the first frequency off an end: a limit's gradient there is 
 NO_END = (
     "towards ω = {} the limit vanishes beside the response, or asks for more than any gain; the measure is infinite."
 )
+INFINITE = "the response is infinite, or its limit vanishes, at {:.4g} rad/s."
 TELLING = 1e-9  # relative width of a bracket that is to tell which side of 1 a value is on
 
 
@@ -210,7 +211,7 @@ class PeakMeasure:
         grid = self._grid(state, "normal" if rational is None else "sparse")
         found = peaks(size, grid, None if rational is None else self._crossing(rational, size))
         if not math.isfinite(found[0][1]):
-            return infinite(f"the response is infinite at {found[0][0]:.4g} rad/s.")
+            return infinite(INFINITE.format(found[0][0]))
         pieces, label = [], ""
         for omega, value in found:
             if value < found[0][1] * (1 - NEAR) and pieces:
@@ -242,6 +243,8 @@ class PeakMeasure:
             omega = peak.frequency if h is None else 2 / h * math.atan(peak.frequency * h / 2)
             method = "certified bracket, Hamiltonian" + (" in the w plane" if h is not None else "")
             upper, value, near_omega = peak.upper, peak.value, omega
+            if value < 1 < upper:  # rounding beside light modes leaves it open; intervals of frequency may tell
+                upper = min(upper, self._bracketed(state, K, ends).upper)
         else:
             found = self._bracketed(state, K, ends)
             value, omega, upper = found.value, found.frequency, found.upper
@@ -249,10 +252,10 @@ class PeakMeasure:
             method = f"bracket over {found.intervals} intervals of frequency" + (
                 ", dead times exact" if self.channel.delayed else ""
             )
-        label = ""
-        if math.isfinite(value):
-            axis = Axis.of(np.array([near_omega]), h)
-            label = next((where for _, _, where in self.shape.pieces(axis, state.response(axis))), "")
+        if math.isinf(value):
+            return infinite(INFINITE.format(omega), method=method)
+        axis = Axis.of(np.array([near_omega]), h)
+        label = next((where for _, _, where in self.shape.pieces(axis, state.response(axis))), "")
         return Value(value=value, frequency=omega, channel=label, method=method, upper=upper)
 
     def _refusal(self, state: Sampled, K: "Controller") -> str:

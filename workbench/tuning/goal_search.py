@@ -145,7 +145,7 @@ def _refine(function: Function, low, middle, high, value) -> tuple[np.ndarray, n
         lower, upper = np.maximum(i - 1, 0), np.minimum(i + 1, last)
         a, b, c = x[rows, lower], x[rows, i], x[rows, upper]
         fa, best, fc = f[rows, lower], f[rows, i], f[rows, upper]
-        if turn >= 2 and np.all(best - before <= STILL * np.abs(best)):
+        if turn >= 2 and np.all(best <= before + STILL * np.abs(best)):
             break
     with np.errstate(divide="ignore"):
         return np.where(flip, 1 / b, b), best

@@ -100,10 +100,11 @@ class Profile:
             size[omega == 0] = math.inf
         solved = omega != 0 if power else np.ones(len(omega), bool)
         if solved.any():
-            s = 1j * omega[solved, None, None]
-            size[solved] = np.abs(
-                D + C @ np.linalg.solve(s * np.eye(len(A)) - A, np.broadcast_to(B, (len(s), *B.shape)))
-            )[:, 0, 0]
+            pencil = 1j * omega[solved, None, None] * np.eye(len(A)) - A
+            on_pole = np.linalg.slogdet(pencil)[0] == 0  # exactly: where `solve` meets a zero pivot
+            pencil[on_pole] = np.eye(len(A))
+            found = np.abs(D + C @ np.linalg.solve(pencil, np.broadcast_to(B, (len(pencil), *B.shape))))[:, 0, 0]
+            size[solved] = np.where(on_pole, math.inf, found)
         return size
 
     def end(self, *, far: bool) -> tuple[int, float]:

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from workbench.analysis.realisation import Realisation, responder
+from workbench.analysis.realisation import EPS, Realisation, responder
 from workbench.errors import InputError
 from workbench.lti.algebraic import IllPosedError, closing
 
@@ -30,7 +30,7 @@ class LinedSystem(NamedTuple):
 
     def symbols(self, omega: np.ndarray, more: int = 0) -> np.ndarray:
         """Λ (k, n + q + more) at (k,) [rad/s]; `more` states come behind the lines."""
-        state = 1j * omega if self.sample_time is None else np.exp(1j * omega * self.sample_time)
+        state = 1j * omega if self.sample_time is None else on_circle(omega * self.sample_time)
         n, q = len(self.A) - len(self.dead_times), len(self.dead_times)
         out = np.empty((len(omega), n + q + more), complex)
         out[:] = state[:, None]
@@ -50,6 +50,11 @@ class LinedSystem(NamedTuple):
     def plain(self) -> bool:
         """Whether every row's symbol is jω."""
         return self.sample_time is None and len(self.dead_times) == 0
+
+
+def on_circle(angle: np.ndarray) -> np.ndarray:
+    """z = exp(j angle), −1 itself at the Nyquist frequency: π is no floating-point number."""
+    return np.where(np.abs(angle - np.pi) <= 4 * EPS * np.pi, -1.0, np.exp(1j * angle))
 
 
 def response(A, B, C, D, symbols, omega: np.ndarray, *, plain: bool) -> np.ndarray:

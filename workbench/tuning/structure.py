@@ -15,6 +15,7 @@ import casadi as ca
 import numpy as np
 
 from workbench.errors import InputError, unknown_name
+from workbench.tuning.loop_delay import LinedSystem
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -89,11 +90,13 @@ class Controller:
         return np.linalg.eigvals(self.A) if self.order else np.zeros(0, complex)
 
     def response(self, omega, sample_time: float | None = None) -> np.ndarray:
-        """(k, nu, ny) complex at angular frequencies (k,) [rad/s]; at z = exp(jωh) if a sample time is given."""
+        """(k, nu, ny) complex at angular frequencies (k,) [rad/s]; at z = exp(jωh) if a sample time is given.
+
+        An axis pole is refused with its frequency; at infinity D (continuous time alone).
+        """
         omega = np.atleast_1d(np.asarray(omega, float))
-        at = 1j * omega if sample_time is None else np.exp(1j * omega * sample_time)
-        pencil = at[:, None, None] * np.eye(self.order) - self.A
-        return self.C @ np.linalg.solve(pencil, np.broadcast_to(self.B, (len(at), *self.B.shape))) + self.D
+        alone = LinedSystem(self.A, self.B, self.C, self.D, np.zeros(0), sample_time)
+        return alone.response(omega)
 
 
 @dataclass(frozen=True, slots=True)
