@@ -182,6 +182,8 @@ def test_a_design_that_cannot_be_leaves_with_1_names_what_binds_and_writes_nothi
         (("analyse", "heave", "--gain", "x"), "No such option"),
         (("design", "heave", "--starts", "0"), "the number of starts must be at least 1; got 0"),
         (("design", "heave", "--starts", "-3"), "the number of starts must be at least 1; got -3"),
+        (("design", "heave", "--robust", "--starts", "0"), "the number of starts must be at least 1; got 0"),
+        (("design", "heave", "--starts", "100000000"), "the number of starts must be at most 10000; got 100000000"),
         (("design", "heave", "--starts", "many"), "Invalid value for '--starts'"),
         (("design", "heave", "--seed", "-1"), "Invalid value for '--seed'"),
         (("design", "heave", "--solver", "slsq"), "unknown solver 'slsq'; did you mean 'slsqp'?"),

@@ -138,7 +138,7 @@ def test_a_vehicle_that_its_coil_forces_do_not_carry_is_refused(revenue, lift):
 
 def test_a_vehicle_that_its_coil_forces_do_not_hold_level_is_refused(revenue):
     document = revenue.changed(lambda d: d["certificate"]["physics"].update(drag_ratio="10.0"))
-    assert any("must hold the vehicle level" in one for one in faults(document))
+    assert any("they leave a pitch moment of" in one for one in faults(document))
 
 
 def test_the_laws_places_are_those_of_the_plants_sensors(revenue):

@@ -42,6 +42,7 @@ NEARLY = 0.02  # relative violation that a start may end with, since it is ended
 CUT_SHORT = KeyboardInterrupt, BudgetEnded  # what was verified by then is kept
 ALL_STARTS, FEW_STARTS = 0.4, 0.8  # of the time left, after which no start is awaited; if none has ended yet
 WIND_UP = 5.0  # [s] for making something of the starts that had ended before an interrupt
+MOST_STARTS = 10_000  # hours of work, and the largest number that anybody means
 FINISHED = 3  # distinct valleys brought to the wanted sensitivity
 
 # Where random starts are centred: the report's gains with K_heave = K_sway = 1, the lateral filters shortened to 0.2 s,
@@ -160,8 +161,7 @@ def design(
     InputError
         If starts is not positive, nothing is free, or the problem cannot be designed.
     """
-    if starts < 1:
-        raise InputError(f"the number of starts must be at least 1; got {starts}.")
+    check_starts(starts)
     if models:
         from workbench.design.model import Variation, sentence
         from workbench.design.robust import robust_design
@@ -224,6 +224,14 @@ def finished(
 
 
 Job = tuple[Gains, float, np.random.SeedSequence, str]  # centre, spread, seed, solver
+
+
+def check_starts(starts: int) -> None:
+    """Refuses a number of starts that makes no design, or no memory for one."""
+    if starts < 1:
+        raise InputError(f"the number of starts must be at least 1; got {starts}.")
+    if starts > MOST_STARTS:
+        raise InputError(f"the number of starts must be at most {MOST_STARTS}; got {starts}. Ask for fewer.")
 
 
 def jobs_of(problem: Problem, starts: int, seed: int, solver: str, start: Gains | None) -> list[Job]:

@@ -22,6 +22,7 @@ from workbench.design.design import (
     FINISHED,
     Design,
     Start,
+    check_starts,
     distinct,
     finished,
     jobs_of,
@@ -112,6 +113,8 @@ def robust_design(
     variation = variation or problem.variation
     if variation is None:
         raise InputError(f"problem {problem.name!r} names no variation; give one, or describe it under [variation].")
+    if start is None:
+        check_starts(starts)
     began = monotonic()
     with one_thread():
         programme = Programme(problem, back_off=BACK_OFF)
