@@ -139,3 +139,21 @@ def test_a_limit_with_a_pole_on_the_axis_inside_the_band_is_infinite_there(writt
 def test_a_limit_that_vanishes_on_the_axis_inside_the_band_is_never_met():
     bound = Gain(inputs="u", outputs="y", limit=([1.0, 0.0, 4.0], [1.0, 2.0, 4.0])).bind(_loop())
     assert "at 2 rad/s" in bound.exact(_proportional(3.0)).reason
+
+
+@pytest.mark.parametrize("unit", [1e-5, 1.0, 1e5])
+@pytest.mark.parametrize("order", [3, 4])
+def test_a_limit_that_falls_as_steeply_as_the_response_is_met_up_to_infinity(unit, order):
+    # 1/(s + 1)ⁿ below 1.1/(s + 1)ⁿ and 1.1 (s + 3)/(3 (s + 1)ⁿ): far out both are below the response's own rounding
+    lag = np.poly([-unit] * order)
+    A, B = np.eye(order, k=1), np.eye(order, 1, k=1 - order)
+    A[-1] = -lag[:0:-1]
+    loop = _alone(control.ss(A, B, unit**order * np.eye(1, order), 0))
+    size = 1.1 * unit**order
+    same = Gain(**ONE, limit=([size], lag)).bind(loop).exact(NOTHING)
+    assert same.value == pytest.approx(1 / 1.1, rel=1e-8)  # the quotient is right to 1e-9
+    assert same.upper == pytest.approx(1 / 1.1, rel=1e-4)
+    flatter = Gain(**ONE, limit=([size / 3 / unit, size], lag)).bind(loop).exact(NOTHING)  # |limit/response| > 1.1
+    assert flatter.upper == pytest.approx(1 / 1.1, rel=1e-4)
+    steeper = Gain(**ONE, limit=([size], np.polymul(lag, [1 / unit, 1.0]))).bind(loop).exact(NOTHING)
+    assert math.isinf(steeper.value)

@@ -11,7 +11,11 @@ import math
 
 import numpy as np
 
-from workbench.analysis.realisation import EPS, Realisation, balanced
+from workbench.analysis.realisation import EPS, Realisation, balanced, responder
+from workbench.lti.fraction import realised
+from workbench.tuning.goal_series import difference, series
+
+QUOTIENT = 1e-9  # relative: what a quotient may differ by from the response and the limit that it is made of
 
 
 def first_terms(system: Realisation, *, far: bool) -> tuple[np.ndarray, np.ndarray]:
@@ -43,6 +47,45 @@ def first_terms(system: Realisation, *, far: bool) -> tuple[np.ndarray, np.ndarr
         power[found], size[found] = -k if far else k, term[found]
         left_over &= ~found
     return power, size
+
+
+def over_steep(system: Realisation, top: np.ndarray, bottom: np.ndarray) -> Realisation | None:
+    """G bottom/top where G falls at least as steeply as top/bottom, so that the quotient is proper; else None.
+
+    With bottom = Q top + R, G Q is (A, Q(A) B, C, q C A^{r−1} B): G's terms before s^{−r} vanish, r the degree of Q.
+    None too where rounding spoils more than `QUOTIENT` of it, as its values at the corners tell.
+    """
+    unit = float(abs(bottom[-1] / bottom[0])) ** (1 / (len(bottom) - 1)) or 1.0  # of time, as the mean pole has it
+    top, bottom = (part * unit ** np.arange(len(part) - 1, -1, -1.0) for part in (top, bottom))
+    system = Realisation(system.A / unit, system.B / unit, system.C, system.D)
+    Q, R = np.polydiv(bottom, top)
+    R = R[max(len(R) - len(top) + 1, 0) :]  # what stands before is rounding
+    r, (power, size) = len(Q) - 1, first_terms(system, far=True)
+    if np.any((size != 0) & (power > -r)):
+        return None
+    A, B, C, D = system
+    x = np.zeros_like(B)
+    for q in Q:  # Horner's rule
+        x = A @ x + q * B
+    quotient = Realisation(A, x, C, Q[0] * (C @ np.linalg.matrix_power(A, r - 1) @ B))
+    if len(top) > 1 and R.any():
+        rest = _from_fraction(R, top, len(D))
+        quotient = difference(
+            quotient, series(Realisation(rest.A, rest.B, -rest.C, rest.D), Realisation(A, B, C, D * 0))
+        )
+    corners = np.abs(np.r_[np.roots(top), np.roots(bottom), np.linalg.eigvals(A)])
+    s = 1j * corners
+    wanted = responder(*system)(corners) * (np.polyval(bottom, s) / np.polyval(top, s))[:, None, None]
+    error = np.abs(responder(*quotient)(corners) - wanted).max(axis=(1, 2))
+    if not np.all(error <= QUOTIENT * np.abs(wanted).max(axis=(1, 2))):
+        return None
+    return Realisation(quotient.A * unit, quotient.B * unit, quotient.C, quotient.D)
+
+
+def _from_fraction(top: np.ndarray, bottom: np.ndarray, count: int) -> Realisation:
+    """top/bottom on each of `count` signals."""
+    one = realised([[np.trim_zeros(top, "f")]], [[bottom]])
+    return Realisation(*(np.kron(np.eye(count), part) for part in one))
 
 
 def limit(power: np.ndarray, size: np.ndarray, weight_power, weight, *, far: bool) -> np.ndarray:

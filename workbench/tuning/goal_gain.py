@@ -14,7 +14,7 @@ import numpy as np
 from workbench.analysis.realisation import Realisation
 from workbench.errors import InputError
 from workbench.tuning.goal import NEAR, Bound, Goal, positive, some_names
-from workbench.tuning.goal_end import first_terms, limit, size_at_end
+from workbench.tuning.goal_end import first_terms, limit, over_steep, size_at_end
 from workbench.tuning.goal_peak import Axis, PeakMeasure, Piece
 from workbench.tuning.goal_series import difference, series
 from workbench.tuning.goal_weight import Filter, Profile, ProfileLike, WeightLike, filter_of, profile_of
@@ -211,7 +211,10 @@ class GainShape:
         if sampled and (self.profile.constant is None or (self.minus is not None and len(self.minus.A))):
             return None
         profile = self.profile.system(self.power)
-        return None if profile is None else self._joined(T, profile)
+        if profile is not None:
+            return self._joined(T, profile)
+        steep = None if sampled or self.power > 0 else self.profile.steep()
+        return None if steep is None else over_steep(self._joined(T, None), *steep)
 
     def ends(self, T: Realisation, sampled: bool) -> tuple[float, float]:
         """Limits at ω = 0 and ∞ where the profile is 0 or ∞ there."""

@@ -134,6 +134,14 @@ class Profile:
         found, roots = (self.forward, self.poles) if power > 0 else (self.backward, self.zeros)
         return None if found is None or roots is None or np.any(roots.real >= 0) else found
 
+    def steep(self) -> tuple[np.ndarray, np.ndarray] | None:
+        """Numerator and denominator of a transfer function whose inverse is improper, its zeros stable; else None."""
+        if self.zeros is None or self.poles is None or self.states or len(self.zeros) >= len(self.poles):
+            return None
+        if np.any(self.zeros.real >= 0):
+            return None
+        return abs(self.factor) * np.real(np.atleast_1d(np.poly(self.zeros))), np.real(np.poly(self.poles))
+
     def corners(self) -> np.ndarray:
         """Frequencies where its slope changes, as points a search must not miss."""
         if self.breakpoints is not None:
