@@ -182,6 +182,23 @@ def test_a_design_that_cannot_be_leaves_with_1_names_what_binds_and_writes_nothi
         (("analyse", "heave", "--gain", "x"), "No such option"),
         (("design", "heave", "--starts", "0"), "the number of starts must be at least 1; got 0"),
         (("design", "heave", "--starts", "-3"), "the number of starts must be at least 1; got -3"),
+        *(
+            (("design", "wood_berry", f"--{option}", *value), f"no random starts; --{option} is not for it")
+            for option, *value in (
+                ("starts", "3"),
+                ("seed", "0"),
+                ("fix", "K_h=1"),
+                ("trade-off",),
+                ("robust",),
+                ("speed", "90"),
+                ("boxes",),
+            )
+        ),
+        (
+            ("design", "heave", "--robust", "--trade-off"),
+            "--trade-off sweeps a limit of 'peak sensitivity' for one set",
+        ),
+        (("design", "scheduled_vehicle", "--trade-off"), "'scheduled_vehicle' is asked for something else"),
         (("design", "heave", "--robust", "--starts", "0"), "the number of starts must be at least 1; got 0"),
         (("design", "heave", "--starts", "100000000"), "the number of starts must be at most 10000; got 100000000"),
         (("design", "heave", "--starts", "many"), "Invalid value for '--starts'"),

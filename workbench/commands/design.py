@@ -10,19 +10,24 @@ import typer
 from workbench.commands.analyse import Budget, Name, Speed
 from workbench.commands.problems import Json
 
+SWEPT = "peak sensitivity"
 TRADE_OFF = (1.4, 1.2, 1.0, 0.95, 0.9)  # multiples of the wanted peak sensitivity
 
 
 def design(
     problem: Name,
     out: Annotated[Path, typer.Option(help="Folder for gain table and report.")] = Path("results"),
-    starts: Annotated[int, typer.Option(help="Seeded starts of the optimiser.")] = 16,
-    seed: Annotated[int, typer.Option(help="Seed of the random starts.", min=0)] = 0,
+    starts: Annotated[int | None, typer.Option(help="Seeded starts of the optimiser; 16 if left out.")] = None,
+    seed: Annotated[int | None, typer.Option(help="Seed of the random starts; 0 if left out.", min=0)] = None,
     fix: Annotated[str, typer.Option(help="Parameters held at given values: tau_h=0.637,K_zddot=0")] = "",
     solver: Annotated[str, typer.Option(help="slsqp or ipopt; restriction for a tuning problem.")] = "slsqp",
     trade_off: Annotated[
-        bool, typer.Option(help="Sweep the cost against the allowed peak sensitivity for the report.")
-    ] = True,
+        bool | None,
+        typer.Option(
+            help="Sweep the cost against the allowed peak sensitivity for the report; if left out, for one set of "
+            "gains for one vehicle that has such a limit."
+        ),
+    ] = None,
     robust: Annotated[
         bool | None,
         typer.Option(
@@ -33,12 +38,12 @@ def design(
     ] = None,
     speed: Speed = None,
     boxes: Annotated[
-        bool,
+        bool | None,
         typer.Option(
             help="Prove what holds for every vehicle of the standard box (mass ±15 %, inertias ±10 %, current force "
-            "±10 %, gap force ±8 %) and at every speed of a schedule, for the gain table."
+            "±10 %, gap force ±8 %) and at every speed of a schedule, for the gain table; done if left out."
         ),
-    ] = True,
+    ] = None,
     budget_seconds: Budget = None,
     json: Json = False,
 ) -> None:
@@ -73,14 +78,28 @@ def design(
 
     plant_alone = tuning_folder(problem)
     if plant_alone is not None:
-        if fix or speed is not None or robust:
-            raise InputError(f"{problem!r} has no vehicle; --fix, --speed and --robust are not for it. Leave them out.")
+        asked = {"starts": starts is not None, "seed": seed is not None, "fix": fix, "trade-off": trade_off,
+                 "robust": robust, "speed": speed is not None, "boxes": boxes}  # fmt: skip
+        unused = next((name for name, there in asked.items() if there), None)
+        if unused is not None:
+            raise InputError(
+                f"{problem!r} has no vehicle and no random starts; --{unused} is not for it. Leave it out."
+            )
         return design_tuning(plant_alone, out, solver=solver, json=json, deadline=deadline)
     loaded = load_problem(problem, speed=speed).with_fixed(parse_fixed(fix))
     if robust is None and speed is None:
         loaded.check_one_way(
             "say --robust for one set of gains that bears the variation, or --no-robust for the schedule"
         )
+    for_many = robust or (robust is None and loaded.variation is not None)
+    over_speeds = not for_many and loaded.plan is not None and speed is None
+    sweepable = not for_many and not over_speeds and any(r.name == SWEPT for r in loaded.requirements)
+    if trade_off and not sweepable:
+        raise InputError(
+            f"--trade-off sweeps a limit of {SWEPT!r} for one set of gains for one vehicle at one speed; "
+            f"{problem!r} is asked for something else. Leave it out."
+        )
+    starts, seed = 16 if starts is None else starts, seed or 0
     check_folder(out)
     for name in ("gains.json", "report.html"):
         check_file(out / name)
@@ -90,10 +109,10 @@ def design(
         options = {"starts": starts, "seed": seed, "solver": solver, "workers": os.cpu_count() or 1}
         solving = _time_to_solve(deadline)
         with keeping(solving):
-            if robust or (robust is None and loaded.variation is not None):
+            if for_many:
                 borne = _robust(loaded, options, lambda s: step(f"cost {s.cost:.4g}"), show)
                 result = borne.design
-            elif loaded.plan is not None and speed is None:
+            elif over_speeds:
                 scheduled = _scheduled(loaded, options, lambda s: step(f"cost {s.cost:.4g}"), show)
                 result = scheduled.cruise
             else:
@@ -102,7 +121,7 @@ def design(
         left_out = []
         extras = _time_for_extras(deadline)
         curve = None
-        if trade_off and borne is None and scheduled is None:
+        if sweepable and trade_off is not False:
             curve, whole = attempted(lambda: _curve(loaded, result.gains, options, show), None, extras)
             left_out += [] if whole else ["the trade-off"]
         kept = {c.name: c.to_dict() for c in cases}
@@ -111,7 +130,7 @@ def design(
         if scheduled is not None:
             table = table.model_copy(update={"schedule": SchedulePart(**scheduled.schedule.to_dict())})
         plain = table = signed(table)
-        if boxes:
+        if boxes is not False:
             table, whole = attempted(lambda: _proved(plain, loaded, show), plain, _time_for_extras(deadline))
             left_out += [] if whole else ["proofs over boxes"]
     evidence = scheduled or borne or result
@@ -147,7 +166,7 @@ def design(
         "Robustness", ("case", "stable", "damping", *(f"peak sensitivity, {g}" for g in cases[0].peak_sensitivity)),
         [(c.name, figure(c.stable), figure(c.damping), *map(figure, c.peak_sensitivity.values())) for c in cases],
     )  # fmt: skip
-    if boxes:
+    if boxes is not False:
         _print_boxes(table)
     say(f"gain table  {path}\nreport      {report}")
 
@@ -276,16 +295,14 @@ def _print_worst(borne) -> None:
 
 
 def _curve(problem, gains, options, show):
-    """Cost against allowed peak sensitivity, where one is asked for; a quarter of the design's starts at each limit."""
+    """Cost against allowed peak sensitivity; a quarter of the design's starts at each limit."""
     from workbench.design.tradeoff import trade_off
 
-    wanted = {r.name: r.limit for r in problem.requirements}.get("peak sensitivity")
-    if wanted is None:
-        return None
+    wanted = next(r.limit for r in problem.requirements if r.name == SWEPT)
     step = show("trade-off", len(TRADE_OFF))
     return trade_off(
         problem,
-        "peak sensitivity",
+        SWEPT,
         [wanted * f for f in TRADE_OFF],
         start=gains,
         starts=max(2, options["starts"] // 4),
