@@ -288,3 +288,13 @@ def test_an_unstable_mode_that_a_goal_does_not_see_still_makes_the_tuning_unstab
     programme = Programme([Labelled("cascade", loop.model)], loop.structure, [goal])
     assert programme.at(theta) is None
     assert programme.exact_values(theta)[0].value == np.inf
+
+
+def test_many_frequencies_far_out_keep_the_digits_of_one():
+    # 1/((s + 1)(s + 10)…(s + 1e5)) falls by 1e-30 up to 1e5 rad/s, far below the rounding of its largest value
+    poles = 10.0 ** np.arange(6)
+    model = transfer_model("steep", [[[1.0]]], [[np.poly(-poles)]])
+    omega = np.geomspace(1e-2, 1e6, 50)
+    expected = np.prod(1 / (1j * omega[:, None] + poles), axis=1)
+    # the coefficients' own rounding over six decades
+    np.testing.assert_allclose(model.response(omega)[:, 0, 0], expected, rtol=1e-8)

@@ -43,8 +43,17 @@ class LinedSystem(NamedTuple):
         return np.r_[np.zeros(n), self.dead_times, np.zeros(more)]
 
     def response(self, omega: np.ndarray) -> np.ndarray:
-        """G (k, p, m) at (k,) [rad/s]."""
-        return response(self.A, self.B, self.C, self.D, self.symbols, omega, plain=self.plain)
+        """G (k, p, m) at (k,) [rad/s], each from its own linear system.
+
+        A Schur form fills what is zero in a chain of integrators, and its rounding then hides a steep roll-off.
+        """
+        omega = np.atleast_1d(np.asarray(omega, float))
+        if not self.plain or np.isnan(omega).any():
+            return response(self.A, self.B, self.C, self.D, self.symbols, omega, plain=self.plain)
+        found = np.broadcast_to(self.D.astype(complex), (len(omega), *self.D.shape)).copy()
+        finite = omega[np.isfinite(omega)]
+        found[np.isfinite(omega)] += self.C @ resolved(self.A, self.symbols(finite), self.B, finite)
+        return found
 
     @property
     def plain(self) -> bool:
