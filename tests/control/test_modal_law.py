@@ -26,7 +26,9 @@ def printed_P() -> np.ndarray:
 
 
 def test_the_printed_inverse_is_the_pseudo_inverse():
-    assert np.linalg.pinv(report_law().displacement_matrix()) == pytest.approx(printed_P(), abs=1e-15)
+    assert np.linalg.pinv(report_law().displacement_matrix()) == pytest.approx(
+        printed_P(), abs=1e-14
+    )  # rounding of an SVD, by any BLAS
 
 
 def test_the_displacement_matrix_is_the_printed_one():

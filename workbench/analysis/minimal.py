@@ -101,7 +101,7 @@ def loop_poles(A, B, C, *, tolerance: float = RELATIVE_TOLERANCE) -> np.ndarray:
 
     Examples
     --------
-    >>> loop_poles([[-1.0, 0.0], [0.0, -2.0]], [[1.0], [1.0]], [[1.0, 0.0]]).round(9).tolist()  # -2 is not seen
+    >>> loop_poles([[-1.0, 0.0], [0.0, -2.0]], [[1.0], [1.0]], [[1.0, 0.0]]).round(9).real.tolist()  # -2 is not seen
     [-1.0]
     """
     return controllable_observable(A, B, C, tolerance=tolerance).poles

@@ -21,6 +21,7 @@ from workbench.errors import InputError
 from workbench.lti.plant import Plant
 from workbench.tuning.goal_end import first_terms
 
+ASIDE = 8.0  # times n ε |root|: how far beside the axis a root may be found that lies on it
 NEAR_ZERO = 1e-7  # of the smallest root: |G| there is its first term to the square of that
 WeightLike = Any  # float | matrix | Plant | python-control system | (numerator, denominator)
 ProfileLike = Any  # the same, scalar, or a mapping of breakpoints
@@ -102,6 +103,7 @@ class Profile:
         if solved.any():
             pencil = 1j * omega[solved, None, None] * np.eye(len(A)) - A
             on_pole = np.linalg.slogdet(pencil)[0] == 0  # exactly: where `solve` meets a zero pivot
+            on_pole |= np.isin(omega[solved], np.abs(poles.imag[poles.real == 0]))
             pencil[on_pole] = np.eye(len(A))
             found = np.abs(D + C @ np.linalg.solve(pencil, np.broadcast_to(B, (len(pencil), *B.shape))))[:, 0, 0]
             size[solved] = np.where(on_pole, math.inf, found)
@@ -211,8 +213,7 @@ def _of_polynomials(what: str, top: np.ndarray, bottom: np.ndarray) -> Profile:
     """The profile of a fraction; roots at zero are those of vanishing last coefficients."""
     if not top.any():
         raise InputError(f"{what} must not vanish; got the zero transfer function. Give a positive magnitude.")
-    zeros, poles = np.roots(top), np.roots(bottom)
-    zeros, poles = _without_common_zero(zeros, poles)
+    zeros, poles = _without_common_zero(_snapped(np.roots(top)), _snapped(np.roots(bottom)))
     return Profile(
         factor=float(top[0] / bottom[0]), zeros=zeros, poles=poles,
         forward=_from_polynomials(top, bottom) if len(top) <= len(bottom) else None,
@@ -236,9 +237,15 @@ def _of_system(what: str, system: Realisation) -> Profile:
         raise InputError(f"{what} must not vanish; got the zero transfer function. Give a positive magnitude.")
     rounding = n * EPS * np.linalg.norm(A, 2)
     roots = (eigvals(top[:count, :count], bottom[:count, :count]) if count else np.zeros(0), np.linalg.eigvals(A))
-    zeros, poles = _without_common_zero(*(np.where(np.abs(found) <= rounding, 0.0, found) for found in roots))
+    zeros, poles = _without_common_zero(*(_snapped(np.where(np.abs(found) <= rounding, 0.0, found)) for found in roots))
     inverse = Realisation(A - B @ C / D, B / D, -C / D, 1 / D) if D[0, 0] else None
     return Profile(zeros=zeros, poles=poles, forward=system, backward=inverse, states=True)
+
+
+def _snapped(roots: np.ndarray) -> np.ndarray:
+    """The roots, those on the imaginary axis but for rounding put there: which they are is the eigensolver's chance."""
+    aside = np.abs(roots.real) <= ASIDE * len(roots) * EPS * np.abs(roots)
+    return np.where(aside, 1j * roots.imag, roots)
 
 
 def _without_common_zero(zeros: np.ndarray, poles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -78,9 +78,10 @@ def farther(
     if dead_time > 0:  # its phase turns on for ever, and near a value that stays each turn would be cut finely
         level *= 1 + LOOSE
         level = max(value * (1 + CLOSE), 1.0) if value < 1 < level else level
-    enough = np.flatnonzero([at > 0 and beyond(float(at)) <= level for at in grid])
+    bounds = np.array([beyond(float(at)) if at > 0 else math.inf for at in grid])
+    enough = np.flatnonzero(np.isfinite(bounds) & (bounds <= level))  # an infinite one says nothing, whatever the value
     if len(enough):
-        return grid[: enough[0] + 1], beyond(float(grid[enough[0]]))
+        return grid[: enough[0] + 1], float(bounds[enough[0]])
     last = start = float(grid[-1])
     bound = beyond(last)
     while bound > level and start < FARTHEST * last and start * dead_time < MOST_TURNS:

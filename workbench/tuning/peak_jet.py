@@ -8,6 +8,7 @@ C (Λ − A)⁻¹ B + D every derivative of Λ is known, and |(Λ − A)⁻¹| i
 (Neumann), entry by entry, states in a balanced Schur basis. Floating point, not outward-rounded.
 """
 
+import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -157,8 +158,9 @@ class Enclosure:
     def beyond(self, start: float) -> tuple[float, float]:
         """Bounds of the response's norm for all |ω| ≥ start: of what stays, and of what falls like 1/ω from there."""
         stays, falls = self.entries_beyond(start)
-        direct = np.abs(self.D) if np.isfinite(stays).all() else 0.0
-        return float(np.linalg.norm(self.D, 2) + np.linalg.norm(stays - direct, 2)), float(
+        if not np.isfinite(stays).all():
+            return math.inf, math.inf
+        return float(np.linalg.norm(self.D, 2) + np.linalg.norm(stays - np.abs(self.D), 2)), float(
             sum(np.linalg.norm(term, 2) for term in falls)
         )
 
