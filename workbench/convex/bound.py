@@ -287,12 +287,13 @@ def _regulator(setting: Setting, subject: Subject, names, noise: bool) -> Previe
         seen = system.rows(setting.law.sensors)[:, rest[:states]]
         reads = np.abs(seen).max(axis=1) > 0
         measured = Measured(states=states, C=seen[reads], intensity=_intensity(setting)[reads])
-    if len(system.arrivals) > 2:
+    (_, front), *later = system.arrivals
+    if len(later) > 1:
         raise InputError(
-            f"a bound takes coil sets at one or two stations along the vehicle; got {len(system.arrivals)}. "
+            f"a bound takes coil sets at one or two stations along the vehicle; got {1 + len(later)}. "
             "Group them in two."
         )
-    (_, front), (delay, rear) = (*system.arrivals, (0.0, np.zeros_like(system.arrivals[0][1])))[:2]
+    delay, rear = later[0] if later else (0.0, np.zeros_like(front))
     size = state_scale(system.A[np.ix_(rest, rest)])
     A = system.A[np.ix_(rest, rest)] / size[:, None] * size
     costs = [Cost(c.C * size, c.D) for c in costs]

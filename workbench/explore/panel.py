@@ -123,13 +123,13 @@ class Explorer:
     def _is_echo(self, name: str, value: float) -> bool:
         """Whether a slider's value is that of the session, as the page rounds it to the slider's step."""
         slider, held = self.sliders[name], self._held(name)
-        scale = log10 if hasattr(slider, "base") else float
-        if not (held > 0 and value > 0) and scale is log10:
-            return False
-        steps = (scale(held) - slider.min) / slider.step
-        rounded = slider.min + slider.step * floor(steps + 0.5)
-        close = ECHO * max(slider.max - slider.min, slider.step)
-        return min(abs(scale(value) - rounded), abs(scale(value) - scale(held))) <= close
+        low, high, step = float(slider.min), float(slider.max), float(slider.step or 0.0)
+        if hasattr(slider, "base"):
+            if not (held > 0 and value > 0):
+                return False
+            held, value = log10(held), log10(value)
+        rounded = low + step * floor((held - low) / step + 0.5)
+        return min(abs(value - rounded), abs(value - held)) <= ECHO * max(high - low, step)
 
     def _held(self, name: str) -> float:
         """The session's own value of what a slider shows."""

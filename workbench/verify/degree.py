@@ -23,7 +23,7 @@ NONE = -(10**6)  # no entry: no assignment goes through it
 INERTIA_OF = {"Z": "mass", "Theta": "pitch_inertia", "Y": "mass", "Phi": "roll_inertia", "Psi": "yaw_inertia"}
 FORCES = ("lift", "lateral", "moment")
 Unknown = tuple[str, str]
-Equation = dict[Unknown, Mapping[str, int]]  # unknown to {parameter: degree}
+Equation = Mapping[Unknown, Mapping[str, int]]  # unknown to {parameter: degree}
 
 
 def turns(group: str) -> int:
@@ -48,16 +48,18 @@ def degrees_of(
 def _equations(group: str, patterns: int, degree: Mapping[str, int], loads: bool) -> list[Equation]:
     at, channels = GROUPS[group].coordinates, GROUPS[group].channels
     force = max((degree.get(kind, 0) for kind in FORCES), default=0)
-    still: dict[str, int] = {}
+    still: Mapping[str, int] = {}
     q, r, a = ([(kind, c) for c in at] for kind in "qra")
     currents, commands, errors = ([(kind, str(p)) for p in range(patterns)] for kind in ("i", "u", "w"))
-    pushed: Equation = {unknown: {"gap_force": 1, "speed": force} for unknown in q} | dict.fromkeys(r, still)
-    pushed |= {unknown: {"current_force": 1, "speed": force} for unknown in currents}
+    pushed: Equation = {
+        **{unknown: {"gap_force": 1, "speed": force} for unknown in q}, **dict.fromkeys(r, still),
+        **{unknown: {"current_force": 1, "speed": force} for unknown in currents},
+    }  # fmt: skip
     out: list[Equation] = [{x: still, y: still} for x, y in (*zip(q, r, strict=True), *zip(r, a, strict=True))]
     for c, unknown in zip(at, a, strict=True):
         inertia = INERTIA_OF[c]
         own = {inertia: 1} | ({} if inertia == "mass" else {"inertia": 1})
-        row: Equation = {unknown: own, **pushed, **({("load", c): still} if loads else {})}
+        row: dict[Unknown, Mapping[str, int]] = {unknown: own, **pushed, **({("load", c): still} if loads else {})}
         if inertia != "mass":
             row[("d", c)] = still
             out.append({("d", c): {"speed": degree.get("lift_to_drag", 0)}, **pushed})
