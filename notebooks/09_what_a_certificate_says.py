@@ -20,7 +20,7 @@
 # %%
 import json
 
-from workbench.export.certificate import agreement
+from workbench.export.agreement import agreement
 from workbench.export.problem import load_problem, shipped_problems
 from workbench.export.table import digest_of
 from workbench.verify.check import verify_document

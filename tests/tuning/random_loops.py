@@ -10,6 +10,8 @@ around every pole and refined, energies are integrals over frequency, step respo
 
 import math
 from dataclasses import dataclass, field
+from functools import reduce
+from operator import mul
 
 import control
 import numpy as np
@@ -82,7 +84,7 @@ class Case:
         Ak, Bk, Ck, Dk = self.law
         if self.dead_time:
             part = control.ss(control.tf(*control.pade(self.dead_time / 5, 4)))
-            late = part * part * part * part * part
+            late = reduce(mul, [part] * 5)
             Ap, Bp, Cp, Dp = late.A, late.B, late.C, late.D  # behind the controller
             Bk, Ak, Ck, Dk = (
                 np.vstack([Bk, Bp @ Dk]), np.block([[Ak, np.zeros((len(Ak), len(Ap)))], [Bp @ Ck, Ap]]),
@@ -129,9 +131,9 @@ class Case:
         values = size(omega)
         best = float(values.max())
         tops = np.flatnonzero((values >= np.r_[-1, values[:-1]]) & (values >= np.r_[values[1:], -1]))
-        for k in tops[np.argsort(-values[tops])][:4]:
+        for k in tops[np.argsort(-values[tops])][:12]:
             a, b = omega[max(k - 1, 0)], omega[min(k + 1, len(omega) - 1)]
-            for _ in range(5):  # each zoom leaves a tenth: 1e-5 of the first gap, its square in a smooth value
+            for _ in range(7):  # each zoom leaves a tenth: 1e-7 of the first gap, its square in a smooth value
                 fine = np.linspace(a, b, 21)
                 sizes = size(fine)
                 best, top = max(best, float(sizes.max())), int(np.argmax(sizes))
@@ -187,13 +189,18 @@ class Case:
                 values += [float(y[inside].max(initial=-np.inf)), float(y[inside].min(initial=np.inf))]
             elif inside.any():
                 values += [self._turning(whole, row, states[:, i], dt, max(-dt, begin - first - dt * k[i]), sign)
-                           for sign, i in ((1, int(np.argmax(np.where(inside, y, -np.inf)))),
-                                           (-1, int(np.argmin(np.where(inside, y, np.inf)))))]  # fmt: skip
+                           for sign in (1, -1) for i in self._highest(np.where(inside, sign * y, -np.inf))]  # fmt: skip
             states = power @ states
         values = [v for v in values if math.isfinite(v)]
         if self.sample_time is None and begin:
             values.append(float((row @ expm(whole * begin))[n]))
         return max(values), min(values), max(abs(v) for v in values), end
+
+    @staticmethod
+    def _highest(y: np.ndarray) -> np.ndarray:
+        """The highest few crests of samples: between them the highest may be one whose samples are not."""
+        crest = np.flatnonzero((y >= np.r_[-np.inf, y[:-1]]) & (y >= np.r_[y[1:], -np.inf]) & np.isfinite(y))
+        return crest[np.argsort(-y[crest])][:6]
 
     @staticmethod
     def _turning(whole, row, state, dt, low, sign) -> float:

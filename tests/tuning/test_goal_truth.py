@@ -14,6 +14,9 @@ from workbench.tuning.goal import Goal
 
 ROUGH = {"Margins, of two": 2e-3}  # a bracket 1e-3 wide, and the truth's phases are half a degree apart
 CLOSE = 1e-5  # of the truth's own refinements, integrals and small steps
+DELAYED_STEP = (
+    3e-4  # of the truth's step responses with dead time: five fractions; with ten and twenty they come nearer
+)
 NEVER_INFINITE = ("Poles", "Poles, decay", "ControllerPoles")
 
 
@@ -29,7 +32,8 @@ def _check(name: str, case) -> str:
         return "" if math.isinf(found.upper) else said
     if math.isinf(found.upper) and "not judged" in found.method:
         return ""  # an honest refusal is never met
-    room = ROUGH.get(name, CLOSE) * max(abs(value), 0.1)
+    steps = DELAYED_STEP if case.dead_time and name in ("Overshoot", "StepRejection") else CLOSE
+    room = ROUGH.get(name, steps) * max(abs(value), 0.1)
     wrong = abs(found.value - value) > room or not value - room <= found.upper <= value + room
     return said if wrong else ""
 
