@@ -63,7 +63,7 @@ def export(
             for p in check.promises
         ]
         emit_table("Promises in the sampled loop", ("promise", "sampled", ""), rows, stderr=True)
-    content = render(loaded, format, computing_delay=1e-3 * computing_delay_ms, accept=accept)
+    content = render(loaded, format, computing_delay=1e-3 * computing_delay_ms, accept=accept, check=check)
     if path is not None:
         write_bytes(path, content)
     if json:

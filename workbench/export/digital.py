@@ -140,8 +140,12 @@ def digital_check(table: GainTable, computing_delay: float = 0.0) -> DigitalChec
     return replace(check, promises=tuple(_promised(table, check)))
 
 
-def exportable(table: GainTable, computing_delay: float = 0.0, *, accept: bool = False) -> DigitalCheck | None:
+def exportable(
+    table: GainTable, computing_delay: float = 0.0, *, accept: bool = False, check: DigitalCheck | None = None
+) -> DigitalCheck | None:
     """The check, refused where the sampled loop breaks a promise of the table, unless that is accepted.
+
+    check : of this table at this delay, where it is at hand already
 
     Raises
     ------
@@ -150,7 +154,7 @@ def exportable(table: GainTable, computing_delay: float = 0.0, *, accept: bool =
     InputError
         As `digital_check`.
     """
-    check = digital_check(table, computing_delay)
+    check = digital_check(table, computing_delay) if check is None else check
     if check is not None and check.broken and not accept:
         raise InfeasibleError(
             f"the sampled loop must keep what the table promises; at {1e3 * check.worst()['sample_time']:g} ms with "

@@ -70,11 +70,15 @@ def suffix(format: str) -> str:
     return _writer(format)[0]
 
 
-def render(table: GainTable, format: str, *, computing_delay: float = 0.0, accept: bool = False) -> bytes:
+def render(
+    table: GainTable, format: str, *, computing_delay: float = 0.0, accept: bool = False,
+    check: DigitalCheck | None = None,
+) -> bytes:  # fmt: skip
     """A table in the named format: "csv", "json", "mat" or "c".
 
     computing_delay : from sampling the sensors to the new commands [s], in the check of "mat" and "c"
     accept : take a controller whose sampled loop breaks promises of the table
+    check : of this table at this delay, where it is at hand already
 
     Raises
     ------
@@ -84,7 +88,8 @@ def render(table: GainTable, format: str, *, computing_delay: float = 0.0, accep
         If the sampled loop with the table's vehicle is unstable or breaks what the table promises ("mat" and "c").
     """
     writer = _writer(format)[1]
-    content = writer(table, exportable(table, computing_delay, accept=accept) if format in DIGITAL else None)
+    checked = exportable(table, computing_delay, accept=accept, check=check) if format in DIGITAL else None
+    content = writer(table, checked)
     return content if isinstance(content, bytes) else content.encode("utf-8")
 
 
