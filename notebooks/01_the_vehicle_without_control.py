@@ -21,12 +21,12 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
-from workbench.export.problem import load_problem
-from workbench.guideway.irregularity import phasors
-from workbench.loop import subject
+from workbench.control.loop import subject
+from workbench.files.problem import load_problem
 from workbench.lti.signals import numbered
+from workbench.physics.guideway.irregularity import phasors
+from workbench.physics.vehicle import linearise, trim
 from workbench.plots.ride import plot_roughness
-from workbench.vehicle import linearise, trim
 
 problem = load_problem("report_1975")
 vehicle, law = problem.vehicle, problem.law

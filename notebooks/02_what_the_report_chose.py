@@ -24,10 +24,10 @@ import numpy as np
 
 from workbench.analysis.analysis import analyse
 from workbench.analysis.loop_curve import loop_curves
+from workbench.control.loop.locus import root_locus
 from workbench.design.procedure import double_root, filtered_start, heave_choice, unfiltered
-from workbench.export.problem import load_problem
+from workbench.files.problem import load_problem
 from workbench.ledger.effects import effects
-from workbench.loop.locus import root_locus
 from workbench.plots.design import plot_roots
 from workbench.plots.locus import plot_locus
 from workbench.plots.nyquist import plot_nyquist

@@ -30,14 +30,14 @@ from workbench.analysis.spectra import response_spectra
 from workbench.design.design import design
 from workbench.design.robustness import robustness
 from workbench.design.tradeoff import trade_off
-from workbench.export.formats import render
-from workbench.export.problem import load_problem
-from workbench.export.table import read_table, table_from_design, write_table
+from workbench.files.problem import load_problem
+from workbench.handover.code.formats import render
+from workbench.handover.table.table import read_table, table_from_design, write_table
+from workbench.physics.vehicle import varied
 from workbench.plots.design import plot_roots
 from workbench.plots.nyquist import plot_nyquist
 from workbench.plots.spectra import plot_acceleration, plot_gap
 from workbench.plots.tradeoff import plot_tradeoff
-from workbench.vehicle import varied
 
 heave = load_problem("heave")
 heave

@@ -22,11 +22,11 @@
 import casadi as ca
 import numpy as np
 
-from workbench.coils import REPORT_PLATE, Loop, corner_images, lorentz_force, mutual_inductance, plane_forces
-from workbench.forces.flight import drag_peak, lift_off_speed, trim
-from workbench.forces.law import report_extended
-from workbench.forces.operating import ampere_turns, law_at
-from workbench.forces.taylor import Region, TaylorLaw, error_over
+from workbench.physics.coils import REPORT_PLATE, Loop, corner_images, lorentz_force, mutual_inductance, plane_forces
+from workbench.physics.forces.flight import drag_peak, lift_off_speed, trim
+from workbench.physics.forces.law import report_extended
+from workbench.physics.forces.operating import ampere_turns, law_at
+from workbench.physics.forces.taylor import Region, TaylorLaw, error_over
 from workbench.plots.forces import lift_curves, plot_lift, plot_speed, speed_curves
 
 # %% [markdown]

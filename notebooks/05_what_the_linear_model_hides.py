@@ -26,13 +26,13 @@ import numpy as np
 from workbench.analysis.analysis import analyse
 from workbench.control import Gains
 from workbench.errors import InfeasibleError
-from workbench.export.problem import load_problem
-from workbench.forces.operating import law_at
-from workbench.forces.taylor import TaylorLaw
-from workbench.guideway.shape import VersineBump
+from workbench.files.problem import load_problem
+from workbench.physics.forces.operating import law_at
+from workbench.physics.forces.taylor import TaylorLaw
+from workbench.physics.guideway.shape import VersineBump
+from workbench.physics.vehicle.conditions import Conditions
+from workbench.physics.vehicle.operating import operating_point
 from workbench.simulation import Failure, Rig, ShapedGuideway, monte_carlo, simulate
-from workbench.vehicle.conditions import Conditions
-from workbench.vehicle.operating import operating_point
 
 # %% [markdown]
 # ## One vehicle, two force laws

@@ -20,7 +20,7 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
-from workbench.forces.motor import (
+from workbench.physics.motor import (
     REPORT_COIL,
     REPORT_WINDING,
     HybridMotor,
@@ -31,7 +31,7 @@ from workbench.forces.motor import (
     pose_forces,
     profile,
 )
-from workbench.forces.motor.section import operation_over_length
+from workbench.physics.motor.section import operation_over_length
 from workbench.plots.motor import plot_authority, plot_efficiency, plot_figure, plot_ripple
 
 # %% [markdown]

@@ -27,7 +27,7 @@ from workbench.control.schedule import Schedule
 from workbench.design.scheduled import MarginCurve
 from workbench.design.speed_family import plant_family
 from workbench.design.verdict import margin_verdicts
-from workbench.export.problem import load_problem, shipped_problems
+from workbench.files.problem import load_problem, shipped_problems
 from workbench.plots.schedule import plot_margins_over_speed, plot_scheduled_gains
 from workbench.verify.check import verify_document
 

@@ -22,20 +22,16 @@ import control
 import matplotlib.pyplot as plt
 import numpy as np
 
+from workbench.control.structure.blocks import gain, notch, pid
+from workbench.control.structure.loop import Loop
+from workbench.control.structure.structure import Structure
+from workbench.design.tuner import tune
+from workbench.goals.gain import Gain
+from workbench.goals.margin import Margins
+from workbench.goals.poles import Poles
+from workbench.goals.tracking import StepTracking
+from workbench.lti.model import Model
 from workbench.plots.tuning import plot_goals
-from workbench.tuning import (
-    Gain,
-    Loop,
-    Margins,
-    Model,
-    Poles,
-    StepTracking,
-    Structure,
-    gain,
-    notch,
-    pid,
-    tune,
-)
 
 # %% [markdown]
 # ## The plant: a motor that turns a load through a shaft

@@ -20,9 +20,9 @@
 # %%
 import json
 
-from workbench.export.agreement import agreement
-from workbench.export.problem import load_problem, shipped_problems
-from workbench.export.table import digest_of
+from workbench.files.problem import load_problem, shipped_problems
+from workbench.handover.table.agreement import agreement
+from workbench.handover.table.table import digest_of
 from workbench.verify.check import verify_document
 
 text = (shipped_problems()["heave"] / "approved.json").read_text(encoding="utf-8")

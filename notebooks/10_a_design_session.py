@@ -23,15 +23,16 @@ from pathlib import Path
 
 import matplotlib.pyplot as plt
 
-from workbench.export.problem import load_problem
-from workbench.export.study_file import read_study
-from workbench.export.table import read_table
+from workbench.explore import explore
+from workbench.files.problem import load_problem
+from workbench.handover.table.table import read_table
 from workbench.plots.spectra import plot_acceleration
-from workbench.plots.study import plot_histogram
+from workbench.study.file import read_study
+from workbench.study.plot import plot_histogram
 from workbench.study.run import run_study
 
 heave = load_problem("heave")
-panel = heave.explore()
+panel = explore(heave)
 panel
 
 # %% [markdown]

@@ -8,7 +8,7 @@ what they need when they run, so that `workbench --help` stays quick.
 
 import sys
 
-from workbench import interrupts
+from workbench.machine import interrupts
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -17,9 +17,9 @@ def main(arguments: list[str] | None = None) -> None:
 
     import warnings
 
-    from workbench import supervision
-    from workbench.terminal import outlive_readers
-    from workbench.threads import keep_one_thread
+    from workbench.machine import supervision
+    from workbench.machine.terminal import outlive_readers
+    from workbench.machine.threads import keep_one_thread
 
     if not sys.warnoptions:
         warnings.simplefilter("ignore")  # of libraries; a command says what it has to say itself
@@ -49,7 +49,7 @@ def _explained(error: BaseException) -> int:
     """The exit code of what a command raised, after one sentence on stderr."""
     from workbench.commands.app import as_usage
     from workbench.errors import InfeasibleError, InputError
-    from workbench.supervision import LATE, Late
+    from workbench.machine.supervision import LATE, Late
 
     if isinstance(error, KeyboardInterrupt) or interrupts.received():  # a library may have made something else of it
         return _complain(f"{interrupts.word()}; nothing half-written is left.", 130)
@@ -66,7 +66,7 @@ def _explained(error: BaseException) -> int:
         return _complain(
             f"{place} must be usable; the system says: {error.strerror or error}. Check path and space.", 2
         )
-    from workbench.export.problem_code import fault_of_problem_code
+    from workbench.files.problem_code import fault_of_problem_code
 
     usage = as_usage(error)
     if usage is not None:
@@ -97,7 +97,7 @@ def _defect(error: BaseException) -> str:
 
 
 def _complain(sentence: str, code: int) -> int:
-    from workbench.terminal import printable
+    from workbench.machine.terminal import printable
 
     print(printable(" ".join(sentence.split())), file=sys.stderr)  # noqa: T201
     return code

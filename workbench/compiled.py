@@ -20,7 +20,7 @@ import casadi as ca
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.writing import replacing
+from workbench.machine.writing import replacing
 
 OPTIONS = ("-fPIC", "-shared", "-fno-math-errno")
 LARGE = 20_000  # instructions; beyond, -O1 takes a minute for a factor of two at run time, and -O0 three seconds

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from workbench.terminal import printable
+from workbench.machine.terminal import printable
 
 MAX_ROWS = 40  # of an HTML table; the rest is counted, not shown
 

@@ -63,7 +63,7 @@ def data_file() -> str:
     """The blocks and keys of data.toml."""
     from workbench.control.gains import GAIN_UNITS
     from workbench.design.requirement import QUANTITIES
-    from workbench.export.schema import ProblemFile
+    from workbench.files.schema import ProblemFile
 
     requirements = [(f"`{key}`", name, sense) for name, (sense, _, key, _) in QUANTITIES.items()]
     gains = [(f"`{name}`", unit) for name, unit in GAIN_UNITS.items()]
@@ -80,19 +80,19 @@ def data_file() -> str:
 
 def gain_table() -> str:
     """The parts and entries of a gain table."""
-    from workbench.export.table import schema
+    from workbench.handover.table.table import schema
 
     return _schema(
         "The gain table",
         "The JSON that `workbench design` writes. Decimals are strings: the digits a proof starts from. The published "
-        "JSON schema ships as `workbench/export/gain_table.schema.json`.",
+        "JSON schema ships as `workbench/handover/table/gain_table.schema.json`.",
         schema(),
     )
 
 
 def problems() -> str:
     """The problems that ship."""
-    from workbench.export.problem import shipped_problems
+    from workbench.files.problem import shipped_problems
 
     rows = []
     for name, folder in shipped_problems().items():
@@ -104,7 +104,7 @@ def problems() -> str:
 
 def study_file() -> str:
     """The tables and keys of a study file."""
-    from workbench.export.study_file import StudyFile
+    from workbench.study.file import StudyFile
 
     return _schema(
         "The study file",
@@ -115,7 +115,7 @@ def study_file() -> str:
 
 def tuning_file() -> str:
     """The blocks and keys of a data file with `kind = "tuning"`."""
-    from workbench.export.tuning_problem import TuningFile
+    from workbench.files.tuning_problem import TuningFile
 
     return _schema(
         "The data file of a process with dead times",

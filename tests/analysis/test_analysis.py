@@ -10,9 +10,9 @@ from workbench.analysis.full import full_analysis
 from workbench.analysis.spectra import response_spectra
 from workbench.control import GAIN_NAMES
 from workbench.errors import InputError
-from workbench.export.problem import load_problem
-from workbench.guideway.irregularity import TYPES, phasors
+from workbench.files.problem import load_problem
 from workbench.lti.signals import numbered
+from workbench.physics.guideway.irregularity import TYPES, phasors
 
 G = 9.80665
 

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from workbench.analysis.norm import peak_gain
 from workbench.analysis.precision import single_precision
 from workbench.analysis.sampled import bilinear, sampled_loop, sampled_peak
 from workbench.control.discrete import DiscreteLaw, discretise
 from workbench.errors import InputError
-from workbench.export.problem import load_problem
+from workbench.files.problem import load_problem
 from workbench.lti import Plant
+from workbench.lti.norm import peak_gain
 
 T = 0.1
 INTEGRATOR = Plant(A=[[0.0]], B=[[1.0]], C=[[1.0]], D=[[0.0]], states=("x",), inputs=("u",), outputs=("y",))
@@ -79,7 +79,7 @@ def test_a_delay_of_whole_and_of_part_samples_is_that_of_a_simulation_in_steps_o
 
 
 def test_fast_sampling_gives_the_poles_of_the_continuous_loop(vehicle):
-    from workbench.loop.closed import close
+    from workbench.control.loop.closed import close
 
     plant, law, gains = vehicle
     fast = discretise(law, gains, 1e-5)

@@ -11,7 +11,6 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from tests.bench import Row, alone, best, timed
-from workbench.analysis.norm import peak_gain
 from workbench.convex.bound import lower_bound
 from workbench.convex.delayed import AffineLaw, DelayedPlant, Rational
 from workbench.convex.delayed_loop import Sample
@@ -20,7 +19,8 @@ from workbench.convex.lyapunov import lyapunov_certificate
 from workbench.convex.pid_problem import PidProblem, PidTuning, verified
 from workbench.convex.restriction import BACK_OFF, restriction
 from workbench.convex.smooth_tuner import smooth_tuning
-from workbench.export.problem import load_problem
+from workbench.files.problem import load_problem
+from workbench.lti.norm import peak_gain
 
 PUBLISHED = 2.2465
 LONGEST = 10.0  # [s]

@@ -22,7 +22,7 @@ from workbench.design.design import BACK_OFFS, CENTRE, SPREADS, design
 from workbench.design.problem import Problem
 from workbench.design.solve import relaxed, stable_start
 from workbench.design.steering import Programme
-from workbench.export.problem import load_problem
+from workbench.files.problem import load_problem
 
 PROBLEM = "revenue_vehicle"
 STARTS = 3  # of the design and of the solvers that are compared; the command's default is more
@@ -170,7 +170,7 @@ def _solved(problem: Problem, solver: str) -> tuple[float, float | None, tuple[i
 
 
 def _commands() -> Iterator[Row]:
-    modules = "workbench.design.steering as s, workbench.export.problem as e"
+    modules = "workbench.design.steering as s, workbench.files.problem as e"
     build = f"import {modules}; s.Programme(e.load_problem({PROBLEM!r}))"
     whole = f"workbench design {PROBLEM}: all starts on all cores, trade-off, robustness, table and report"
     with tempfile.TemporaryDirectory() as folder:

@@ -8,7 +8,7 @@ from pathlib import Path
 from tests.bench import Row, alone, best
 from workbench.explore import Session
 from workbench.explore.picture import Picture
-from workbench.export.problem import load_problem, shipped_problems
+from workbench.files.problem import load_problem, shipped_problems
 
 PROGRAM = str(Path(sys.executable).parent / "workbench")
 TABLE = str(shipped_problems()["heave"] / "approved.json")

@@ -8,9 +8,9 @@ from time import perf_counter
 
 import numpy as np
 
-from workbench.coils import REPORT_PLATE, Loop, corner_images, plane_forces
 from workbench.constants import MU_0
-from workbench.forces.operating import law_at
+from workbench.physics.coils import REPORT_PLATE, Loop, corner_images, plane_forces
+from workbench.physics.forces.operating import law_at
 
 POSE = (0.32, 0.28, 0.02)  # h, h' [m], roll [rad]
 ALPHA = 0.1

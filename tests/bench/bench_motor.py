@@ -16,8 +16,8 @@ from typing import TypeVar
 
 import numpy as np
 
-from workbench.forces.motor import REPORT_COIL, REPORT_WINDING, mutual_phasor
-from workbench.forces.motor.phasor import rotation
+from workbench.physics.motor import REPORT_COIL, REPORT_WINDING, mutual_phasor
+from workbench.physics.motor.phasor import rotation
 
 PITCH, WIDTH = REPORT_WINDING.pole_pitch, REPORT_WINDING.width
 GAPS = (0.25, 0.30)  # [m]

@@ -8,7 +8,7 @@ from time import perf_counter
 import numpy as np
 
 from workbench.constants import GRAVITY
-from workbench.propulsion import Demand, DragLaw, least_power_schedule, optimised_schedule
+from workbench.physics.propulsion import Demand, DragLaw, least_power_schedule, optimised_schedule
 
 ELEMENTS = 100
 

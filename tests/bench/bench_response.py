@@ -13,14 +13,14 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from tests.bench import Row, against, alone, best
-from workbench.analysis.norm import peak_gain
-from workbench.analysis.realisation import frequency_response
 from workbench.analysis.response import driven
 from workbench.analysis.setting import Setting
 from workbench.control import Gains
+from workbench.control.loop.closed import close
 from workbench.design.design import CENTRE
-from workbench.export.problem import load_problem
-from workbench.loop.closed import close
+from workbench.files.problem import load_problem
+from workbench.lti.norm import peak_gain
+from workbench.lti.realisation import frequency_response
 from workbench.lti.signals import COORDINATES, numbered
 
 PROBLEM = "revenue_vehicle"
@@ -113,12 +113,20 @@ def _commands(gains: Gains) -> Iterator[Row]:
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "gains.toml"
         file.write_text("\n".join(f"{name} = {value!r}" for name, value in gains.as_dict().items()))
-        analyse = ["-c", "from workbench.cli import main; main()", "analyse", PROBLEM, "--gains", str(file), "--json"]
+        analyse = [
+            "-c",
+            "from workbench.cli import main; main()",
+            "analyse",
+            PROBLEM,
+            "--gains",
+            str(file),
+            "--json",
+        ]
         yield alone("cold workbench analyse", _process(analyse), "the whole process", 3.0)
     command = "from workbench.cli import main; main()"
     yield alone("workbench --help", _process(["-c", command, "--help"]), "the whole process", 1.0)
     yield alone("import workbench", _process(["-c", "import workbench"]), "the whole process", 0.5)
-    everything = "import workbench.design.design, workbench.export.problem, workbench.analysis.full"
+    everything = "import workbench.design.design, workbench.files.problem, workbench.analysis.full"
     yield alone("importing what an analysis and a design use", _process(["-c", everything]), "the whole process")
 
 

@@ -10,9 +10,9 @@ from tests.bench import Row, against, alone, best, timed
 from workbench.design.model import STABILITY, STANDARD_BOX, Variation, model_of
 from workbench.design.robust import robust_design
 from workbench.design.worst import Search, judged_model
-from workbench.export.problem import load_problem
-from workbench.vehicle import Vehicle, linearise, varied
-from workbench.vehicle.equations import equations
+from workbench.files.problem import load_problem
+from workbench.physics.vehicle import Vehicle, linearise, varied
+from workbench.physics.vehicle.equations import equations
 
 PROBLEM = "revenue_vehicle"
 PLANTS = 50

@@ -9,14 +9,14 @@ from time import perf_counter
 import numpy as np
 
 from workbench.control import Gains
-from workbench.export.problem import load_problem
-from workbench.forces.operating import law_at
-from workbench.forces.taylor import TaylorLaw
-from workbench.guideway.realisation import realisation
-from workbench.loop import close
+from workbench.control.loop import close
+from workbench.files.problem import load_problem
+from workbench.physics.forces.operating import law_at
+from workbench.physics.forces.taylor import TaylorLaw
+from workbench.physics.guideway.realisation import realisation
+from workbench.physics.vehicle.operating import operating_point
 from workbench.simulation import LoadStep, Rig
 from workbench.simulation.simulate import Simulator
-from workbench.vehicle.operating import operating_point
 
 GAINS = Gains(
     K_h=-2.155, K_hdot=0.15, tau_h=0.637, K_hp=0.0, K_hpdot=0.152, tau_hp=0.2, K_zddot=0.0, K_zdot=0.15, tau_z=0.637,

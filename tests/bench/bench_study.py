@@ -19,7 +19,7 @@ from workbench.analysis.setting import Setting
 from workbench.constants import GRAVITY
 from workbench.control import Gains
 from workbench.control.gains import GAIN_NAMES
-from workbench.export.problem import load_problem
+from workbench.files.problem import load_problem
 from workbench.lti.signals import numbered
 from workbench.study.definition import Limit, Parameter, Study
 from workbench.study.run import StudyResult, run_study

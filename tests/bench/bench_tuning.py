@@ -13,9 +13,9 @@ from threadpoolctl import threadpool_limits
 
 from tests.bench import Row, against, alone, best
 from tests.bench.compleib import Problem, problems
-from workbench.analysis.norm import peak_gain
+from workbench.design.static.feedback import StaticFeedback, static_feedback
 from workbench.errors import InfeasibleError, InputError
-from workbench.tuning.static_feedback import StaticFeedback, static_feedback
+from workbench.lti.norm import peak_gain
 
 MOST_STATES = 60
 CERTIFIED_WITHIN = 24  # states up to which the certificate must not take longer than the tuning
@@ -96,7 +96,7 @@ def _norm_peer(found: list[tuple[Problem, StaticFeedback]]) -> Row:
     """The certificate of the closed loops against SLICOT's AB13DD in ctrlsys."""
     import ctrlsys
 
-    from workbench.tuning.static_loop import StaticLoop
+    from workbench.design.static.loop import StaticLoop
 
     loops = [StaticLoop.of(*p.matrices).closed(r.K) for p, r in found if p.states <= CERTIFIED_WITHIN]
 

@@ -18,14 +18,14 @@ from workbench.analysis.ride import weight
 from workbench.constants import GRAVITY
 from workbench.control import GAIN_NAMES, Gains
 from workbench.control.law import VERTICAL_CHANNELS
+from workbench.control.loop.closed import close
+from workbench.control.loop.group import GROUPS, group
 from workbench.design.measures import GAPS, STEERING, GroupMeasures
 from workbench.design.problem import Problem
 from workbench.design.steering import COST_SCALE, SENSED_HZ
-from workbench.guideway.irregularity import phasors
-from workbench.loop.closed import close
-from workbench.loop.group import GROUPS, group
 from workbench.lti import Plant
 from workbench.lti.signals import COORDINATES, numbered
+from workbench.physics.guideway.irregularity import phasors
 
 FELT = (("z", "Wk"), ("y", "Wd"))
 

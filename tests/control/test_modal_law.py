@@ -7,10 +7,10 @@ from hypothesis import strategies as st
 
 from workbench.control import Gains, ModalLaw, filters
 from workbench.control.gains import GAIN_NAMES
+from workbench.control.loop import close
 from workbench.errors import InputError
 from workbench.ledger.baseline import report_gains, report_law, report_model, report_vehicle
-from workbench.loop import close
-from workbench.vehicle import linearise
+from workbench.physics.vehicle import linearise
 
 A_F, A_R, B, C = 9.0, 7.65, 0.965, 1.21
 D = A_F + A_R

@@ -8,9 +8,9 @@ from workbench.convex.delayed import AffineLaw, DelayedPlant, Rational, Term
 from workbench.convex.delayed_loop import Sample, ceiling_holds, dense, unstable_poles, worst_peaks
 from workbench.convex.pid_problem import PidProblem
 from workbench.convex.restriction import _step, restriction
-from workbench.convex.semidefinite import minimise
 from workbench.convex.smooth_tuner import log_peaks, smooth_tuning
 from workbench.errors import InputError
+from workbench.solve.semidefinite import minimise
 
 PUBLISHED = 2.2465  # objective that is asked for, with the limits kept at all frequencies
 

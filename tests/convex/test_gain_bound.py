@@ -4,11 +4,11 @@ import cvxpy as cp
 import numpy as np
 import pytest
 
-from workbench.analysis.norm import h2_norm, peak_gain
 from workbench.convex.gain_bound import bounded_real, h2_bound
-from workbench.convex.semidefinite import Answer
 from workbench.errors import InputError
-from workbench.export.problem import load_problem
+from workbench.files.problem import load_problem
+from workbench.lti.norm import h2_norm, peak_gain
+from workbench.solve.semidefinite import Answer
 
 
 def system(seed: int, order: int = 5):

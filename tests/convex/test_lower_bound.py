@@ -9,7 +9,7 @@ from scipy.linalg import expm, solve_discrete_are
 from workbench.convex.bound import CURRENTS, Dual, achieved_by, lower_bound
 from workbench.convex.preview import Cost, Measured, PreviewRegulator
 from workbench.errors import InputError
-from workbench.export.problem import load_problem
+from workbench.files.problem import load_problem
 
 A = np.array([[0.0, 1.0], [-2.0, -0.3]])
 B, FRONT, REAR = np.array([[0.0], [1.0]]), np.array([[0.2], [1.0]]), np.array([[0.1], [-0.6]])

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from workbench.convex.lyapunov import fastest_decay, lyapunov_certificate
-from workbench.convex.semidefinite import Answer
 from workbench.errors import InputError
-from workbench.export.problem import load_problem
+from workbench.files.problem import load_problem
+from workbench.solve.semidefinite import Answer
 
 
 def spring(stiffness: float, damping: float = 0.5) -> np.ndarray:

@@ -3,8 +3,8 @@
 import pytest
 
 from workbench.errors import InputError
-from workbench.export.problem import is_tuning_problem
-from workbench.export.tuning_problem import load_tuning_problem
+from workbench.files.problem import is_tuning_problem
+from workbench.files.tuning_problem import load_tuning_problem
 
 DATA = """
 [problem]

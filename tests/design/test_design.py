@@ -15,8 +15,8 @@ from workbench.design.steering import Programme
 from workbench.design.tradeoff import trade_off
 from workbench.design.verdict import verdicts
 from workbench.errors import InfeasibleError, InputError
-from workbench.export.problem import load_problem
-from workbench.vehicle import varied
+from workbench.files.problem import load_problem
+from workbench.physics.vehicle import varied
 
 
 @pytest.fixture(scope="module")

@@ -6,13 +6,13 @@ import os
 
 import pytest
 
-from workbench import budget
-from workbench.budget import Deadline, current, heed, keeping
 from workbench.cli import run
 from workbench.design.design import design
 from workbench.design.tradeoff import trade_off
 from workbench.errors import BudgetEnded
-from workbench.export.problem import load_problem
+from workbench.files.problem import load_problem
+from workbench.machine import budget
+from workbench.machine.budget import Deadline, current, heed, keeping
 
 
 @pytest.fixture(scope="module")

@@ -14,8 +14,8 @@ from workbench.design.robust import Search, judged_model, robust_design
 from workbench.design.steering import Programme
 from workbench.design.verdict import margin_verdicts, verdicts
 from workbench.errors import InfeasibleError, InputError
-from workbench.export.problem import load_problem
-from workbench.vehicle import varied
+from workbench.files.problem import load_problem
+from workbench.physics.vehicle import varied
 
 FORCE = Box({"mass": (0.85, 1.15), "current_force": (0.9, 1.1)})
 

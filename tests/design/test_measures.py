@@ -10,7 +10,7 @@ from workbench.design.design import CENTRE
 from workbench.design.exchange import exact_peaks
 from workbench.design.measures import GAPS, GroupMeasures, static_error_function
 from workbench.design.steering import Programme
-from workbench.export.problem import load_problem
+from workbench.files.problem import load_problem
 
 GAINS = Gains(**CENTRE)
 THETA = np.array(list(GAINS.as_dict().values()))

@@ -16,7 +16,7 @@ from workbench.design.scheduled import Plan
 from workbench.design.solve import Outcome
 from workbench.design.verdict import verdicts
 from workbench.errors import InfeasibleError, InputError
-from workbench.export.problem import load_problem
+from workbench.files.problem import load_problem
 from workbench.study.definition import Parameter, Study
 from workbench.study.designs import designed
 

@@ -13,7 +13,7 @@ from workbench.design.rows import ROWS
 from workbench.design.steering import TYPICAL, Programme
 from workbench.design.verdict import JUDGES, margin_verdicts, verdicts
 from workbench.errors import InputError
-from workbench.export.problem import load_problem
+from workbench.files.problem import load_problem
 
 # Points at which a quantity is looked at, and the share of itself within which steering and judging agree there:
 # the back-off is half a thousandth, of which the exchange leaves half, and a limit is moved by four times as much.

@@ -7,7 +7,7 @@ from workbench.design.design import design
 from workbench.design.tradeoff import trade_off, with_limit
 from workbench.design.verdict import verdicts
 from workbench.errors import InputError
-from workbench.export.problem import load_problem
+from workbench.files.problem import load_problem
 
 BIAS = "static gap error from bias"
 

@@ -15,7 +15,9 @@ from pathlib import Path
 import pytest
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-CELL = "from workbench.export.problem import load_problem\nload_problem('heave').explore(state='exploration.json')"
+CELL = """from workbench.files.problem import load_problem
+from workbench.explore import explore
+explore(load_problem('heave'), state='exploration.json')"""
 pytestmark = [
     pytest.mark.slow,
     pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on PATH (Debian: apt-get install chromium)"),

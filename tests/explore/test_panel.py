@@ -6,7 +6,7 @@ import struct
 import pytest
 
 from workbench.explore import explore
-from workbench.export.problem import load_problem
+from workbench.files.problem import load_problem
 
 
 @pytest.fixture(scope="module")

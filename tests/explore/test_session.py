@@ -8,8 +8,8 @@ import pytest
 from workbench.analysis.analysis import analyse
 from workbench.errors import InputError
 from workbench.explore import Session, Sweep
-from workbench.export.problem import load_problem
-from workbench.export.table import read_table
+from workbench.files.problem import load_problem
+from workbench.handover.table.table import read_table
 
 
 @pytest.fixture(scope="module")
@@ -82,7 +82,7 @@ def test_pins_stand_beside_the_present_design(session):
 
 
 def test_a_heavier_vehicle_is_the_problem_with_a_heavier_vehicle(session, problem):
-    from workbench.vehicle import varied
+    from workbench.physics.vehicle import varied
 
     session.vary(mass=1.1)
     heavy = problem.with_vehicle(varied(problem.vehicle, mass=1.1))

@@ -9,12 +9,12 @@ import pytest
 from guide_page import fences
 
 from workbench.control import Gains
-from workbench.export.formats import render
-from workbench.export.problem import ProblemData, parse_problem, read_gains, shipped_problems
-from workbench.export.study_file import read_study
-from workbench.export.table import read_table
-from workbench.export.table_schema import Promise
-from workbench.export.tuning_problem import load_tuning_problem
+from workbench.files.problem import ProblemData, parse_problem, read_gains, shipped_problems
+from workbench.files.tuning_problem import load_tuning_problem
+from workbench.handover.code.formats import render
+from workbench.handover.table.schema import Promise
+from workbench.handover.table.table import read_table
+from workbench.study.file import read_study
 
 
 def shown(kind: str):

@@ -115,18 +115,18 @@ GOALS = re.findall(r"^\|[^|]*\|[^|]*\| `([A-Z]\w+\(.*\))` \|$", (GUIDE / "tuning
 def test_a_goal_shown_can_be_written_so(line):
     import numpy
 
-    import workbench.tuning
+    import workbench.goals
 
-    goal = eval(line, {"np": numpy, **vars(workbench.tuning)})
-    assert isinstance(goal, workbench.tuning.Goal)
+    goal = eval(line, {"np": numpy, **vars(workbench.goals)})
+    assert isinstance(goal, workbench.goals.Goal)
 
 
 def test_the_guide_shows_every_goal_of_the_tuner():
-    import workbench.tuning
+    import workbench.goals
 
     goals = {
         name
-        for name, kind in vars(workbench.tuning).items()
-        if isinstance(kind, type) and issubclass(kind, workbench.tuning.Goal) and kind is not workbench.tuning.Goal
+        for name, kind in vars(workbench.goals).items()
+        if isinstance(kind, type) and issubclass(kind, workbench.goals.Goal) and kind is not workbench.goals.Goal
     }
     assert goals == {line.partition("(")[0] for line in GOALS}

@@ -8,13 +8,13 @@ from hypothesis import strategies as st
 
 from workbench.control import ModalLaw
 from workbench.errors import InputError
-from workbench.forces.law import FirstOrderLaw
 from workbench.ledger.appendix_c import roll_correction_roots
 from workbench.ledger.baseline import report_gains, report_law, report_vehicle
 from workbench.ledger.formula import latex, latex_name, names, value
 from workbench.ledger.model import model_sheet
 from workbench.ledger.tables import compare, entries, errata
-from workbench.vehicle import Vehicle
+from workbench.physics.forces.law import FirstOrderLaw
+from workbench.physics.vehicle import Vehicle
 
 
 def found():

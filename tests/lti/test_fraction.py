@@ -6,8 +6,8 @@ import pytest
 
 from workbench.errors import InputError
 from workbench.lti import Plant
-from workbench.tuning import Model
-from workbench.tuning.transfer import transfer_model
+from workbench.lti.model import Model
+from workbench.lti.transfer import transfer_model
 
 
 def exact(num, den, omega):

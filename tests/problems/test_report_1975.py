@@ -11,7 +11,7 @@ import pytest
 from workbench.analysis.analysis import analyse
 from workbench.analysis.spectra import response_spectra
 from workbench.constants import GRAVITY
-from workbench.export.problem import load_problem
+from workbench.files.problem import load_problem
 
 ACCELERATION = {  # g
     ("acceleration_z", "cg"): 0.0155, ("acceleration_z", "front"): 0.0192, ("acceleration_z", "rear"): 0.0171,

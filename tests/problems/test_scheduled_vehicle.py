@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from workbench import cli
 from workbench.analysis.analysis import analyse
+from workbench.commands import cli
 from workbench.control.schedule import Schedule
 from workbench.design.design import Design, refine
 from workbench.design.requirement import Requirement
@@ -15,9 +15,9 @@ from workbench.design.scheduled import Plan, dense_check, schedule_design
 from workbench.design.speed_family import force_numbers, plant_family, speed_family
 from workbench.design.verdict import margin_verdicts, verdicts
 from workbench.errors import InfeasibleError, InputError
-from workbench.export.problem import load_problem, parse_problem, read_gains, read_schedule, shipped_problems
-from workbench.export.table import read_table
-from workbench.reading import read_mapping
+from workbench.files.problem import load_problem, parse_problem, read_gains, read_schedule, shipped_problems
+from workbench.handover.table.table import read_table
+from workbench.machine.reading import read_mapping
 
 FOLDER = shipped_problems()["scheduled_vehicle"]
 APPROVED = FOLDER / "approved.json"

@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 
 from workbench.analysis.analysis import analyse
+from workbench.control.loop.closed import interconnect
 from workbench.design.design import design
 from workbench.design.verdict import verdicts
-from workbench.export.problem import load_problem, shipped_problems
-from workbench.export.table import read_table
-from workbench.loop.closed import interconnect
+from workbench.files.problem import load_problem, shipped_problems
+from workbench.handover.table.table import read_table
 
 NAMES = tuple(shipped_problems())
 APPROVED = tuple(name for name, folder in shipped_problems().items() if (folder / "approved.json").is_file())

@@ -8,8 +8,8 @@ from typer.testing import CliRunner
 
 from workbench.cli import app, run
 from workbench.errors import InputError
-from workbench.export.problem import load_problem, shipped_problems
-from workbench.export.tuning_problem import load_tuning_problem
+from workbench.files.problem import load_problem, shipped_problems
+from workbench.files.tuning_problem import load_tuning_problem
 
 FOLDER = shipped_problems("tuning")["wood_berry"]
 PUBLISHED = 2.2465  # objective of the target; the published gains exceed the limits between grid points

@@ -10,15 +10,15 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
+from workbench.control.loop import close
 from workbench.errors import InputError
-from workbench.export.problem import load_problem, shipped_problems
-from workbench.guideway.shape import VersineBump
-from workbench.loop import close
+from workbench.files.problem import load_problem, shipped_problems
 from workbench.lti.signals import COORDINATES
+from workbench.physics.guideway.shape import VersineBump
+from workbench.physics.vehicle.operating import operating_point
 from workbench.simulation import LoadStep, Rig, ShapedGuideway, simulate
 from workbench.simulation.ensemble import seeds
 from workbench.simulation.rig import LONGEST_STEP, largest_step
-from workbench.vehicle.operating import operating_point
 
 LOADS = ("force_z", "moment_pitch", "force_y", "moment_roll", "moment_yaw")
 FLOWN = sorted(set(shipped_problems()) - {"report_1975"})  # without current loops a direct acceleration gain is refused

@@ -7,15 +7,15 @@ import pytest
 from scipy.linalg import expm
 
 from workbench.control import Gains
+from workbench.control.loop import close
 from workbench.errors import InputError
-from workbench.export.problem import load_problem
-from workbench.forces.operating import law_at
-from workbench.forces.taylor import TaylorLaw
-from workbench.guideway.shape import VersineBump
-from workbench.loop import close
+from workbench.files.problem import load_problem
+from workbench.physics.forces.operating import law_at
+from workbench.physics.forces.taylor import TaylorLaw
+from workbench.physics.guideway.shape import VersineBump
+from workbench.physics.vehicle.conditions import Conditions, SideWind
+from workbench.physics.vehicle.operating import operating_point
 from workbench.simulation import Failure, Gust, LoadStep, Rig, Scaled, ShapedGuideway, monte_carlo, simulate
-from workbench.vehicle.conditions import Conditions, SideWind
-from workbench.vehicle.operating import operating_point
 
 # stable with 10 ms of lag and accelerometers that feel gravity: damping 0.33
 GAINS = Gains(

@@ -14,8 +14,8 @@ from pydantic import BaseModel
 
 import workbench.study.designs
 from workbench.errors import InfeasibleError, InputError
-from workbench.export.problem import load_problem, shipped_problems
-from workbench.export.study_file import StudyFile, read_study
+from workbench.files.problem import load_problem, shipped_problems
+from workbench.study.file import StudyFile, read_study
 from workbench.study.pareto import plan
 from workbench.study.run import run_study
 from workbench.study.sampling import sample

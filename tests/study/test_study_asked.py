@@ -11,8 +11,8 @@ from workbench.control.gains import GAIN_NAMES
 from workbench.design.requirement import QUANTITIES
 from workbench.design.verdict import margin_verdicts, verdicts
 from workbench.errors import InputError
-from workbench.export.problem import load_problem, read_schedule, shipped_problems
-from workbench.export.study_file import read_study
+from workbench.files.problem import load_problem, read_schedule, shipped_problems
+from workbench.study.file import read_study
 from workbench.study.quantity import limits_of, required
 from workbench.study.run import run_study
 from workbench.study.source import Source

@@ -5,19 +5,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from workbench.analysis.norm import peak_gain
-from workbench.analysis.variance import stationary
+from workbench.analysis.batch.closing import unfiltered
+from workbench.analysis.batch.modal import Excited, Fractions, loops, peaks
+from workbench.analysis.batch.plants import FACTORS, fit
 from workbench.control import Gains
 from workbench.control.gains import GAIN_NAMES
 from workbench.errors import InputError
-from workbench.export.problem import load_problem
-from workbench.guideway.roughness import Roughness
+from workbench.files.problem import load_problem
+from workbench.lti.norm import peak_gain
+from workbench.lti.variance import stationary
+from workbench.physics.guideway.roughness import Roughness
+from workbench.physics.vehicle import varied
 from workbench.study.batch import Batch, quantity_names, suits
-from workbench.study.closing import unfiltered
-from workbench.study.modal import Excited, Fractions, loops, peaks
-from workbench.study.plants import FACTORS, fit
 from workbench.study.quantity import document_of, value_at
-from workbench.vehicle import varied
 
 # Relative: mean squares of lightly damped loops lose digits to partial fractions (up to ten of sixteen are kept, rms
 # keeps more), peaks are pursued to 1e-7 of their frequency.

@@ -9,8 +9,8 @@ import typer
 
 from workbench.commands.study import study as command
 from workbench.errors import BudgetEnded, InputError
-from workbench.export.report_study import study_report_html
-from workbench.export.study_file import read_study
+from workbench.study.file import read_study
+from workbench.study.report import study_report_html
 from workbench.study.run import run_study
 
 

@@ -8,8 +8,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from workbench.errors import InputError
-from workbench.export.problem import load_problem
-from workbench.export.study_file import read_study
+from workbench.files.problem import load_problem
+from workbench.study.file import read_study
 from workbench.study.run import run_study
 from workbench.study.source import Source
 

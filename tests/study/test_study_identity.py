@@ -10,8 +10,8 @@ import pytest
 
 import workbench.study.run
 from workbench.errors import InputError
-from workbench.export.problem import shipped_problems
-from workbench.export.study_file import read_study
+from workbench.files.problem import shipped_problems
+from workbench.study.file import read_study
 from workbench.study.folder import workbench_sha256
 from workbench.study.run import run_study
 from workbench.study.source import Source

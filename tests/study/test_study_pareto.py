@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from workbench.export.study_file import read_study
+from workbench.study.file import read_study
 from workbench.study.pareto import nondominated, objectives
 from workbench.study.run import run_study
 

@@ -13,17 +13,17 @@ import pytest
 from workbench.analysis.analysis import analyse
 from workbench.control import GAIN_NAMES
 from workbench.errors import InputError
-from workbench.export.problem import load_problem
-from workbench.export.study_file import read_study
+from workbench.files.problem import load_problem
+from workbench.physics.vehicle import varied
+from workbench.study.file import read_study
 from workbench.study.pareto import nondominated
 from workbench.study.run import run_study
 from workbench.study.store import missing, opened
-from workbench.vehicle import varied
 
 RUN = """
 import sys
 from pathlib import Path
-from workbench.export.study_file import read_study
+from workbench.study.file import read_study
 from workbench.study.run import run_study
 if __name__ == "__main__":
     run_study(read_study(Path(sys.argv[1])), Path(sys.argv[2]), workers=int(sys.argv[3]), size=int(sys.argv[4]))

@@ -6,9 +6,9 @@ import random
 
 import pytest
 
-from workbench.budget import Deadline
 from workbench.errors import BudgetEnded, InputError
-from workbench.export.study_file import read_study
+from workbench.machine.budget import Deadline
+from workbench.study.file import read_study
 from workbench.study.run import run_study
 from workbench.study.store import Piece, opened
 

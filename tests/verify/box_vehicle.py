@@ -5,9 +5,9 @@ from pathlib import Path
 
 from flint import fmpq, fmpq_mat
 
-from workbench.verify.loop import closed_loop
-from workbench.verify.polynomial_family import Box, multiaffine
-from workbench.verify.table import table_of
+from workbench.verify.family.polynomial import Box, multiaffine
+from workbench.verify.vehicle.loop import closed_loop
+from workbench.verify.vehicle.table import table_of
 
 APPROVED = Path(__file__).resolve().parents[2] / "problems" / "revenue_vehicle" / "approved.json"
 # ± of each factor: mass 15 %, inertias 10 %, force per current 10 %, force per displacement 8 %

@@ -8,8 +8,8 @@ import pytest
 from workbench.analysis.analysis import analyse
 from workbench.design.design import Design
 from workbench.design.verdict import verdicts
-from workbench.export.problem import load_problem
-from workbench.export.table import digest_of, table_from_design
+from workbench.files.problem import load_problem
+from workbench.handover.table.table import digest_of, table_from_design
 
 
 def design_with(problem, gains=None) -> Design:

@@ -7,9 +7,9 @@ import pytest
 from adversary import drawn, holds, kept, of_keys, of_numbers, of_promises
 from plain_loop import PlainLoop
 
-from workbench.export.table import digest_of
+from workbench.handover.table.table import digest_of
 from workbench.verify.check import verify_document
-from workbench.verify.failure import TableError
+from workbench.verify.exact.failure import TableError
 
 FAST = 50  # mutations of the small table in the fast suite: a few seconds of processor
 FAST_LARGE = 4

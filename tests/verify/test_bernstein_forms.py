@@ -7,10 +7,10 @@ from math import comb
 import pytest
 from flint import fmpq
 
-from workbench.verify.bernstein_form import Form
-from workbench.verify.bernstein_lanes import LANE, VALUE, lanes
-from workbench.verify.bernstein_search import replay, search
-from workbench.verify.box_share import shares, volume
+from workbench.verify.family.form import Form
+from workbench.verify.family.lanes import LANE, VALUE, lanes
+from workbench.verify.family.search import replay, search
+from workbench.verify.family.share import shares, volume
 
 
 def value_of(form: Form, point) -> Fraction:

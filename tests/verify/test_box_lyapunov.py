@@ -3,8 +3,8 @@
 import pytest
 from flint import fmpq, fmpq_mat
 
-from workbench.verify.lyapunov_vertex import positive_definite, prove_common_lyapunov
-from workbench.verify.polynomial_family import Box
+from workbench.verify.family.lyapunov import positive_definite, prove_common_lyapunov
+from workbench.verify.family.polynomial import Box
 
 
 def spring(theta):

@@ -7,11 +7,11 @@ import pytest
 from box_vehicle import VehicleLoop
 from scipy.linalg import solve_continuous_lyapunov
 
-from workbench.analysis.norm import peak_gain
-from workbench.export.problem import load_problem
-from workbench.loop.subject import subject
-from workbench.vehicle.variation import varied
-from workbench.verify.box import (
+from workbench.control.loop.subject import subject
+from workbench.files.problem import load_problem
+from workbench.lti.norm import peak_gain
+from workbench.physics.vehicle.variation import varied
+from workbench.verify.family.box import (
     largest_damping,
     prove_damping,
     prove_decay,
@@ -20,9 +20,9 @@ from workbench.verify.box import (
     recheck,
     smallest_peak,
 )
-from workbench.verify.box_sensitivity import peak_at, sensitivity_family
-from workbench.verify.lyapunov_vertex import prove_common_lyapunov
-from workbench.verify.polynomial_family import characteristic, interpolate
+from workbench.verify.family.lyapunov import prove_common_lyapunov
+from workbench.verify.family.polynomial import characteristic, interpolate
+from workbench.verify.family.sensitivity import peak_at, sensitivity_family
 
 FOUR = ("mass", "inertia", "current_force", "gap_force")
 

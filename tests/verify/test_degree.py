@@ -5,10 +5,10 @@ import json
 import pytest
 from flint import fmpq
 
-from workbench.export.problem import shipped_problems
-from workbench.verify.degree import degrees_of
-from workbench.verify.scheduled import ScheduledLoop
-from workbench.verify.table import table_of
+from workbench.files.problem import shipped_problems
+from workbench.verify.vehicle.degree import degrees_of
+from workbench.verify.vehicle.scheduled import ScheduledLoop
+from workbench.verify.vehicle.table import table_of
 
 SPEEDS = {"speed": (fmpq(30), fmpq(134))}
 

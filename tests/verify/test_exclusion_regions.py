@@ -6,10 +6,17 @@ import numpy as np
 import pytest
 from flint import fmpq, fmpq_mat, fmpq_poly
 
-from workbench.verify.box import largest_damping, largest_decay, prove_damping, prove_decay, prove_hurwitz, recheck
-from workbench.verify.box_reach import largest_scale
-from workbench.verify.exclusion import inside
-from workbench.verify.polynomial_family import Box, characteristic, interpolate, multiaffine
+from workbench.verify.family.box import (
+    largest_damping,
+    largest_decay,
+    prove_damping,
+    prove_decay,
+    prove_hurwitz,
+    recheck,
+)
+from workbench.verify.family.exclusion import inside
+from workbench.verify.family.polynomial import Box, characteristic, interpolate, multiaffine
+from workbench.verify.family.reach import largest_scale
 
 
 def oscillator():

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from flint import fmpq
 
-from workbench.verify.box import prove_damping, prove_hurwitz, recheck
-from workbench.verify.exclusion_rounding import rounded_family
-from workbench.verify.polynomial_family import Box, characteristic, interpolate, rational
+from workbench.verify.family.box import prove_damping, prove_hurwitz, recheck
+from workbench.verify.family.polynomial import Box, characteristic, interpolate, rational
+from workbench.verify.family.rounding import rounded_family
 
 GAINS = {"k": rational("2.10312"), "d": rational("1.20743"), "tau": rational("0.150261")}
 UNITS = {"k": fmpq(1, 200000), "d": fmpq(1, 200000), "tau": fmpq(1, 2000000)}

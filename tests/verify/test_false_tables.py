@@ -8,17 +8,17 @@ import pytest
 from flint import fmpq, fmpq_mat
 from plain_loop import PlainLoop
 
-from workbench.export.agreement import agreement
-from workbench.export.problem import load_problem, shipped_problems
-from workbench.export.promise import with_box
-from workbench.export.table import GainTable, digest_of
+from workbench.files.problem import load_problem, shipped_problems
+from workbench.handover.table.agreement import agreement
+from workbench.handover.table.promise import with_box
+from workbench.handover.table.table import GainTable, digest_of
 from workbench.verify.check import verify_document
-from workbench.verify.failure import NotProved
-from workbench.verify.physics import Physics
-from workbench.verify.pole import boundary_kept
-from workbench.verify.scheduled import ScheduledLoop
-from workbench.verify.table import table_of
-from workbench.verify.uncertain import UncertainLoop
+from workbench.verify.exact.failure import NotProved
+from workbench.verify.exact.pole import boundary_kept
+from workbench.verify.vehicle.physics import Physics
+from workbench.verify.vehicle.scheduled import ScheduledLoop
+from workbench.verify.vehicle.table import table_of
+from workbench.verify.vehicle.uncertain import UncertainLoop
 
 
 def faults(document):

@@ -5,12 +5,12 @@ import pytest
 from flint import fmpq
 
 from workbench.control import GAIN_NAMES
-from workbench.vehicle import varied
-from workbench.verify.failure import NotProved, TableError
-from workbench.verify.law import GAIN_NAMES as NAMES_OF_THE_CHECKER
-from workbench.verify.loop import closed_loop, factors, left_out, state_matrix
-from workbench.verify.system import System, zeros
-from workbench.verify.table import table_of
+from workbench.physics.vehicle import varied
+from workbench.verify.exact.failure import NotProved, TableError
+from workbench.verify.exact.system import System, zeros
+from workbench.verify.vehicle.law import GAIN_NAMES as NAMES_OF_THE_CHECKER
+from workbench.verify.vehicle.loop import closed_loop, factors, left_out, state_matrix
+from workbench.verify.vehicle.table import table_of
 
 TIGHT = 1e-12  # relative to the largest: two orders of the same sums in doubles
 

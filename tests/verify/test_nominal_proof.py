@@ -8,15 +8,15 @@ from flint import arb, arb_mat, fmpq, fmpq_mat, fmpq_poly
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from workbench.analysis.norm import peak_gain
-from workbench.verify import pole
-from workbench.verify.delay import delay_margins, smallest_delay_margin
-from workbench.verify.failure import NotProved
-from workbench.verify.response import shaping
-from workbench.verify.sensitivity import Peak, numerators, roots_from_zero, squared_minors
-from workbench.verify.system import System, identity, matrix, zeros
-from workbench.verify.table import Spectrum
-from workbench.verify.variance import Stationary, intensity
+from workbench.lti.norm import peak_gain
+from workbench.verify.exact import pole
+from workbench.verify.exact.delay import delay_margins, smallest_delay_margin
+from workbench.verify.exact.failure import NotProved
+from workbench.verify.exact.sensitivity import Peak, numerators, roots_from_zero, squared_minors
+from workbench.verify.exact.system import System, identity, matrix, zeros
+from workbench.verify.exact.variance import Stationary, intensity
+from workbench.verify.vehicle.response import shaping
+from workbench.verify.vehicle.table import Spectrum
 
 SHARP = 1e-12  # relative; the balls are 1e-20 wide and wider, the expected numbers doubles
 
@@ -250,7 +250,7 @@ def test_a_marginal_matrix_gives_no_covariance():
 
 @pytest.mark.parametrize(("corners", "zeros_"), [((0.3,), 0), ((0.3, 2.0), 0), ((0.3, 2.0), 1), ((0.3, 2.0, 5.0), 2)])
 def test_a_shaping_filter_is_the_workbenchs_own(corners, zeros_):
-    from workbench.guideway.spectrum import Rational
+    from workbench.physics.guideway.spectrum import Rational
 
     theirs = Rational(strength=2e-6, corners=corners, zeros=zeros_, provenance="a test", extrapolate=True)
     A, B, C = theirs.shaping_filter(100.0)

@@ -6,10 +6,10 @@ import pytest
 from box_vehicle import VehicleLoop
 from flint import fmpq, fmpq_mat
 
-from workbench.verify.box import largest_damping, recheck
-from workbench.verify.loop import closed_loop
-from workbench.verify.polynomial_family import Box, rational
-from workbench.verify.schedule_proof import GainSchedule, prove_schedule, schedule_family
+from workbench.verify.family.box import largest_damping, recheck
+from workbench.verify.family.polynomial import Box, rational
+from workbench.verify.family.schedule import GainSchedule, prove_schedule, schedule_family
+from workbench.verify.vehicle.loop import closed_loop
 
 POINTS = ("0", "1/2", "1")
 

@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 from flint import fmpq, fmpq_poly
 
-from workbench.export.promise import with_box
-from workbench.export.table import GainTable, digest_of
+from workbench.handover.table.promise import with_box
+from workbench.handover.table.table import GainTable, digest_of
 from workbench.verify.check import verify_document
-from workbench.verify.failure import NotProved
-from workbench.verify.loop import state_matrix
-from workbench.verify.polynomial_family import Box, interpolate
-from workbench.verify.table import table_of
-from workbench.verify.uncertain import UncertainLoop, interval_holds, worst_over_box
+from workbench.verify.exact.failure import NotProved
+from workbench.verify.family.polynomial import Box, interpolate
+from workbench.verify.vehicle.loop import state_matrix
+from workbench.verify.vehicle.table import table_of
+from workbench.verify.vehicle.uncertain import UncertainLoop, interval_holds, worst_over_box
 
 BOX = {"mass": (0.9, 1.1), "current_force": (0.95, 1.05)}
 

@@ -8,9 +8,9 @@ from workbench.analysis.analysis import analyse
 from workbench.design.design import Design
 from workbench.design.requirement import Requirement
 from workbench.design.verdict import verdicts
-from workbench.export.certificate import certificate_of
-from workbench.export.table import table_from_design
-from workbench.guideway.roughness import Roughness
+from workbench.handover.table.certificate import certificate_of
+from workbench.handover.table.table import table_from_design
+from workbench.physics.guideway.roughness import Roughness
 from workbench.verify.check import verify_document
 
 LIMITS = {

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from workbench.errors import InputError
-from workbench.export.agreement import agreement
-from workbench.export.certificate import certificate_of, exact_plant
-from workbench.export.problem import load_problem, shipped_problems
-from workbench.export.table import table_from_design
+from workbench.files.problem import load_problem, shipped_problems
+from workbench.handover.table.agreement import agreement
+from workbench.handover.table.certificate import certificate_of, exact_plant
+from workbench.handover.table.table import table_from_design
 from workbench.lti import Plant
-from workbench.vehicle.carried import check_carried
-from workbench.verify.physics import Physics, differences
-from workbench.verify.tie import _carried
+from workbench.physics.vehicle.carried import check_carried
+from workbench.verify.vehicle.physics import Physics, differences
+from workbench.verify.vehicle.tie import _carried
 
 
 @pytest.mark.parametrize(

@@ -9,9 +9,9 @@ from flint import fmpq
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from workbench.export.table import digest_of as digest_of_the_workbench
+from workbench.handover.table.table import digest_of as digest_of_the_workbench
 from workbench.verify.check import verify, verify_document
-from workbench.verify.failure import TableError
+from workbench.verify.exact.failure import TableError
 from workbench.verify.reading import decimal, digest_of, number
 
 

@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 from flint import fmpq
 
-from workbench.export.certificate import force_difference
-from workbench.export.problem import load_problem, shipped_problems
-from workbench.export.promise import with_schedule
-from workbench.export.table import GainTable, digest_of
+from workbench.files.problem import load_problem, shipped_problems
+from workbench.handover.table.certificate import force_difference
+from workbench.handover.table.promise import with_schedule
+from workbench.handover.table.table import GainTable, digest_of
 from workbench.verify.check import verify_document
-from workbench.verify.failure import TableError
-from workbench.verify.loop import state_matrix
-from workbench.verify.scheduled import ScheduledLoop
-from workbench.verify.table import table_of
+from workbench.verify.exact.failure import TableError
+from workbench.verify.vehicle.loop import state_matrix
+from workbench.verify.vehicle.scheduled import ScheduledLoop
+from workbench.verify.vehicle.table import table_of
 
 SPEEDS = (100.0, 134.0)
 

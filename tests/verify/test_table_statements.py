@@ -6,10 +6,10 @@ from math import comb
 
 import pytest
 
-from workbench.verify import tie
 from workbench.verify.check import verify_document
-from workbench.verify.failure import TableError
-from workbench.verify.table import table_of
+from workbench.verify.exact.failure import TableError
+from workbench.verify.vehicle import tie
+from workbench.verify.vehicle.table import table_of
 
 
 def fault_of(heave, change) -> str:

@@ -12,18 +12,18 @@ from typing import Any
 
 import numpy as np
 
-from workbench.analysis.minimal import loop_poles
 from workbench.analysis.mode import REAL, Mode, modes_of
 from workbench.analysis.motor import MotorWork, motor_squares, motor_work
-from workbench.analysis.norm import Peak, peak_gain
 from workbench.analysis.power import mechanical_power, resistive_power
 from workbench.analysis.response import Driven, driven, point_acceleration, random_loops
 from workbench.analysis.sensor import noise_rms, static_errors
 from workbench.analysis.setting import Setting
 from workbench.constants import GRAVITY
 from workbench.control import Gains
-from workbench.loop import Subject
-from workbench.loop.polynomial import roots_of
+from workbench.control.loop import Subject
+from workbench.control.loop.polynomial import roots_of
+from workbench.lti.minimal import loop_poles
+from workbench.lti.norm import Peak, peak_gain
 from workbench.lti.signals import numbered
 from workbench.result import Result, Row, plain
 

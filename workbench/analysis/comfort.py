@@ -23,8 +23,8 @@ from workbench.analysis.density import Psd, band, value
 from workbench.analysis.ride import Direction, ThirdOctaves
 from workbench.constants import GRAVITY
 from workbench.errors import InputError, unknown_name
-from workbench.guideway.interpolation import LogLog
-from workbench.reading import read_mapping
+from workbench.machine.reading import read_mapping
+from workbench.physics.guideway.interpolation import LogLog
 from workbench.result import Result, Row
 
 Level = Literal["reduced_comfort", "fatigue", "exposure"]

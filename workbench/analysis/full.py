@@ -11,14 +11,14 @@ import numpy as np
 
 from workbench.analysis.analysis import Analysis, analyse
 from workbench.analysis.comfort_summary import ComfortSummary, comfort_summary
-from workbench.analysis.disk import DiskMargin, disk_margin
-from workbench.analysis.margin import ChannelMargin, channel_margin
 from workbench.analysis.setting import Setting
 from workbench.control import Gains
 from workbench.control.law import CHANNELS, MODAL
-from workbench.loop import Subject, subject
-from workbench.loop.closed import interconnect
+from workbench.control.loop import Subject, subject
+from workbench.control.loop.closed import interconnect
 from workbench.lti import Plant
+from workbench.lti.disk import DiskMargin, disk_margin
+from workbench.lti.margin import ChannelMargin, channel_margin
 from workbench.result import Result, Row, figure, plain
 
 

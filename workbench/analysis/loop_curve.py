@@ -9,11 +9,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.analysis.realisation import frequency_response
 from workbench.analysis.setting import Setting
 from workbench.control import Gains
+from workbench.control.loop import Subject
 from workbench.errors import InputError
-from workbench.loop import Subject
+from workbench.lti.realisation import frequency_response
 from workbench.result import Result, Row
 
 CURVE_HZ = (1e-3, 1e3)  # the curves have come to rest at both ends, for modes between 0.05 and 100 Hz

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.loop import Subject
+from workbench.control.loop import Subject
 from workbench.lti import Plant
 from workbench.result import Result, Row
 

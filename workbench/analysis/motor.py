@@ -10,13 +10,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.analysis.norm import h2_norm
 from workbench.analysis.response import Driven
 from workbench.analysis.setting import MotorPoint, Setting
-from workbench.analysis.variance import Stationary
-from workbench.loop import Subject
+from workbench.control.loop import Subject
 from workbench.lti import Plant
+from workbench.lti.norm import h2_norm
 from workbench.lti.signals import COORDINATES
+from workbench.lti.variance import Stationary
 from workbench.result import Result, Row
 
 SIDES = ("right", "left")

@@ -12,8 +12,8 @@ import numpy as np
 
 from workbench.analysis.response import Driven
 from workbench.analysis.setting import Setting
-from workbench.analysis.variance import Stationary
 from workbench.lti.signals import numbered
+from workbench.lti.variance import Stationary
 
 
 def mechanical_power(setting: Setting, driven: Driven, state: Stationary) -> tuple[np.ndarray, np.ndarray]:

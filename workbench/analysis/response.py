@@ -14,13 +14,13 @@ import numpy as np
 
 from workbench.analysis.ride import weight
 from workbench.analysis.setting import Setting
-from workbench.analysis.variance import Stationary, arriving
 from workbench.control import Gains
+from workbench.control.loop import Subject
+from workbench.control.loop import subject as subject_of
 from workbench.errors import InputError
-from workbench.guideway.irregularity import TYPES, patterns, stations
-from workbench.loop import Subject
-from workbench.loop import subject as subject_of
 from workbench.lti import Plant
+from workbench.lti.variance import Stationary, arriving
+from workbench.physics.guideway.irregularity import TYPES, patterns, stations
 
 REACH = 1e-12  # [m/m] below which a coordinate does not follow a type at 1 rad/s: rounding of an exact zero
 WEIGHTS = {"z": "Wk", "y": "Wd"}  # ISO 2631-1, vertical and lateral, seated

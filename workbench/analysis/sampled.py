@@ -10,10 +10,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from workbench.analysis.norm import Peak, peak_gain
 from workbench.control.discrete import DiscreteLaw
 from workbench.errors import InputError
 from workbench.lti import Plant
+from workbench.lti.norm import Peak, peak_gain
 from workbench.result import Result, Row
 
 LARGEST = 1e150  # its square is a double

@@ -6,10 +6,10 @@ bias --DC gain, worst signs--> static gap change;   noise --Lyapunov equation-->
 import numpy as np
 
 from workbench.analysis.setting import Setting
-from workbench.analysis.variance import stationary
-from workbench.loop import Subject
+from workbench.control.loop import Subject
 from workbench.lti import Plant
 from workbench.lti.signals import numbered
+from workbench.lti.variance import stationary
 
 Loops = list[tuple[Subject, Plant]]
 

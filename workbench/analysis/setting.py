@@ -7,9 +7,9 @@ from functools import cached_property
 import numpy as np
 
 from workbench.control import ModalLaw
-from workbench.guideway.roughness import Roughness
-from workbench.loop import Subject, subject
+from workbench.control.loop import Subject, subject
 from workbench.lti import Plant
+from workbench.physics.guideway.roughness import Roughness
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -15,7 +15,7 @@ from workbench.analysis.response import exciting_types, guideway_response, point
 from workbench.analysis.setting import Setting
 from workbench.control import Gains
 from workbench.errors import InputError, unknown_name
-from workbench.guideway.irregularity import TYPES, phasors
+from workbench.physics.guideway.irregularity import TYPES, phasors
 from workbench.result import Result, Row
 
 ENDS = ("front", "rear")

@@ -43,7 +43,7 @@ def analyse(
     json: Json = False,
 ) -> None:
     """Poles, damping, margins, ride, stroke, current and power for given gains."""
-    from workbench.supervision import finishing, supervised
+    from workbench.machine.supervision import finishing, supervised
 
     supervised(budget_seconds, "the analysis")
 
@@ -51,10 +51,10 @@ def analyse(
     from workbench.commands.output import emit_json, emit_rows, emit_table, say
     from workbench.design.design import given
     from workbench.errors import InputError
-    from workbench.export.problem import load_problem, read_gains
-    from workbench.export.report import report_html
+    from workbench.files.problem import load_problem, read_gains
+    from workbench.handover.report.report import report_html
+    from workbench.machine.writing import check_file, write_text
     from workbench.result import figure
-    from workbench.writing import check_file, write_text
 
     if report is not None:
         check_file(report)

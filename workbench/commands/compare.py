@@ -15,7 +15,7 @@ def compare(problems: Names, json: Json = False) -> None:
     """Cost, margins, strokes, currents and power of several problems under their approved gains."""
     from workbench.commands.output import emit_json, emit_table
     from workbench.design.comparison import compare as side_by_side
-    from workbench.export.problem import load_problem
+    from workbench.files.problem import load_problem
 
     result = side_by_side([(load_problem(name), None) for name in problems])
     if json:

@@ -56,25 +56,25 @@ def design(
     With --budget-seconds, or interrupted, it keeps the best design that is verified by then, if there is one; trade-off
     and proofs over boxes are left out where they would take too long.
     """
-    from workbench.supervision import attempted, finishing, supervised
+    from workbench.machine.supervision import attempted, finishing, supervised
 
     deadline = supervised(budget_seconds, "the design")
 
-    from workbench.budget import keeping
     from workbench.commands.output import emit_json, emit_rows, emit_table, progress, say, tell
     from workbench.commands.tuning_design import design_tuning
     from workbench.design.design import design as solve
     from workbench.design.robustness import robustness
     from workbench.errors import InputError
-    from workbench.export.problem import load_problem, tuning_folder
-    from workbench.export.report import report_html
-    from workbench.export.report_schedule import with_schedule
-    from workbench.export.table import signed, table_from_design, table_json
-    from workbench.export.table_schema import SchedulePart
-    from workbench.interrupts import received, word
+    from workbench.files.problem import load_problem, tuning_folder
+    from workbench.handover.report.report import report_html
+    from workbench.handover.report.schedule import with_schedule
+    from workbench.handover.table.schema import SchedulePart
+    from workbench.handover.table.table import signed, table_from_design, table_json
+    from workbench.machine.budget import keeping
+    from workbench.machine.interrupts import received, word
+    from workbench.machine.writing import check_file, check_folder, write_text
+    from workbench.physics.vehicle import varied
     from workbench.result import figure
-    from workbench.vehicle import varied
-    from workbench.writing import check_file, check_folder, write_text
 
     plant_alone = tuning_folder(problem)
     if plant_alone is not None:
@@ -180,8 +180,8 @@ def _time_to_solve(deadline):
 
 def _time_for_extras(deadline):
     """Until when something may be done that can be left out; nothing at all after an interrupt."""
-    from workbench.budget import Deadline
-    from workbench.interrupts import received
+    from workbench.machine.budget import Deadline
+    from workbench.machine.interrupts import received
 
     return Deadline(0.0, 0.0) if received() else deadline.share(0.4)
 
@@ -208,7 +208,7 @@ def _proved(table, problem, show):
     """The table with its promises over the standard box and over the speeds of its schedule."""
     from time import perf_counter
 
-    from workbench.export.promise import BOXED, certified
+    from workbench.handover.table.promise import BOXED, certified
 
     count = sum(p.name.split(",")[0] in BOXED for p in table.promises) * (1 if table.schedule is None else 2)
     step, began = show("proofs over boxes", count), perf_counter()

@@ -35,10 +35,10 @@ def export(
 
     from workbench.commands.output import emit_json, emit_table, say
     from workbench.errors import InputError
-    from workbench.export.digital import digital_check, with_sample_time
-    from workbench.export.formats import DIGITAL, render, suffix
-    from workbench.export.table import read_table
-    from workbench.writing import check_file, write_bytes
+    from workbench.handover.code.digital import digital_check, with_sample_time
+    from workbench.handover.code.formats import DIGITAL, render, suffix
+    from workbench.handover.table.table import read_table
+    from workbench.machine.writing import check_file, write_bytes
 
     ending = suffix(format)
     path = None if out is None else out / f"{table.stem}{ending}" if out.is_dir() else out

@@ -19,7 +19,7 @@ def forces(
     json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
 ) -> None:
     """Forces, roll moment, stiffness and drag of one coil set in the L-shaped guideway."""
-    from workbench.forces.pose import coil_set_forces
+    from workbench.physics.forces.pose import coil_set_forces
 
     result = coil_set_forces(h, h_prime, roll, alpha, speed, physics)
     if json:

@@ -20,7 +20,7 @@ def model(
 ) -> None:
     """Matrices, characteristic polynomials and transfer functions, beside the report's where it prints them."""
     from workbench.errors import InputError
-    from workbench.export.problem import load_problem, read_gains
+    from workbench.files.problem import load_problem, read_gains
     from workbench.ledger.model import model_sheet
     from workbench.result import figure
 

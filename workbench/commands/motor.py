@@ -18,7 +18,7 @@ def motor(
     """Forces and torques of one motor coil: 500 kA-turns above one phase of 1.5 kA."""
     from workbench.commands.output import emit_json, emit_rows
     from workbench.errors import InputError
-    from workbench.forces.motor.pose import pose_forces
+    from workbench.physics.motor.pose import pose_forces
 
     if coils < 1:
         raise InputError(f"--coils must be at least 1; got {coils}. The report's vehicle has 32.")

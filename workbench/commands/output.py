@@ -9,8 +9,8 @@ from collections.abc import Iterable
 from contextlib import contextmanager
 from typing import Any
 
+from workbench.machine.terminal import printable
 from workbench.result import Row, figure, plain
-from workbench.terminal import printable
 
 
 def emit_json(document: Any) -> None:

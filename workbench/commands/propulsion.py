@@ -46,7 +46,7 @@ def propulsion(
     json: JSON = False,
 ) -> None:
     """Drag law, power, acceleration, schedule of least peak power, motor rating and magnet masses."""
-    from workbench.propulsion import MotorRating, propulsion_overview
+    from workbench.physics.propulsion import MotorRating, propulsion_overview
 
     result = propulsion_overview(
         mass=mass,
@@ -92,7 +92,7 @@ def noise(
     json: JSON = False,
 ) -> int:
     """Noise of fans and engines after each step of technology; exit code 1 if a limit is given and not met."""
-    from workbench.propulsion import noise_budget, report_sources
+    from workbench.physics.propulsion import noise_budget, report_sources
 
     sources = report_sources(fan_level=fan_level, engine_level=engine_level, fans=fans, engines=engines)
     result = noise_budget(sources, distance=distance, limit=limit, technology=technology)

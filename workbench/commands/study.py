@@ -35,19 +35,19 @@ def study(
 
     A study may name any folder as its problem; if that holds a problem.py, a program, it is run with --trust only.
     """
-    from workbench.supervision import finishing, supervised
+    from workbench.machine.supervision import finishing, supervised
 
     deadline = supervised(budget_seconds, "the study, whose finished rows are kept")
 
     from workbench.commands.output import emit_json, emit_table, progress, say
     from workbench.errors import BudgetEnded, InputError
-    from workbench.export.report_study import write_study_report
-    from workbench.export.study_file import read_study
-    from workbench.interrupts import word
+    from workbench.machine.interrupts import word
+    from workbench.machine.terminal import printable
+    from workbench.machine.writing import check_file
     from workbench.result import figure
+    from workbench.study.file import read_study
+    from workbench.study.report import write_study_report
     from workbench.study.run import run_study
-    from workbench.terminal import printable
-    from workbench.writing import check_file
 
     if workers is not None and scheduler is not None:
         raise InputError("--workers are of this machine, --scheduler has workers of its own; give one of them.")

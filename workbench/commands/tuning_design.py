@@ -19,11 +19,11 @@ def design_tuning(folder: Path, out: Path, *, solver: str, json: bool, deadline)
     from workbench.convex.restriction import restriction
     from workbench.convex.smooth_tuner import smooth_tuning
     from workbench.errors import InfeasibleError, unknown_name
-    from workbench.export.tuning_problem import load_tuning_problem
-    from workbench.export.tuning_table import DIGITS, requirements, tuning_table
+    from workbench.files.tuning_problem import load_tuning_problem
+    from workbench.handover.table.tuning import DIGITS, requirements, tuning_table
+    from workbench.machine.supervision import finishing
+    from workbench.machine.writing import check_file, check_folder, write_text
     from workbench.result import figure
-    from workbench.supervision import finishing
-    from workbench.writing import check_file, check_folder, write_text
 
     solvers = {"slsqp": smooth_tuning, "restriction": restriction}
     if solver not in solvers:

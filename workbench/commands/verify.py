@@ -31,11 +31,11 @@ def verify(
     json: Json = False,
 ) -> None:
     """Checks a gain table's digest and proves its promises again, in exact or ball arithmetic, from the file alone."""
-    from workbench.budget import checked_budget
     from workbench.commands.guard import guarded
     from workbench.commands.output import emit_json
     from workbench.errors import InfeasibleError, InputError
-    from workbench.supervision import begun
+    from workbench.machine.budget import checked_budget
+    from workbench.machine.supervision import begun
 
     end = begun() + checked_budget(budget_seconds, "--budget-seconds")
     if speed is not None and problem is None:
@@ -64,7 +64,7 @@ def _check(say, table: Path, problem: str | None, speed: float | None, seconds: 
     """The whole check, telling what it finds as it goes."""
     from workbench.errors import InputError
     from workbench.verify.check import verify_document
-    from workbench.verify.failure import TableError
+    from workbench.verify.exact.failure import TableError
     from workbench.verify.reading import read_document
 
     try:
@@ -90,8 +90,8 @@ def _check(say, table: Path, problem: str | None, speed: float | None, seconds: 
         }
     )  # fmt: skip
     if problem is not None:
-        from workbench.export.agreement import agreement
-        from workbench.export.problem import load_problem
+        from workbench.files.problem import load_problem
+        from workbench.handover.table.agreement import agreement
 
         found = agreement(document, load_problem(problem, speed=speed), schedule=speed is None)
         say({"problem": {**found.to_dict(), "holds": found.holds}, "rows": found.rows(),

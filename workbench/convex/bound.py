@@ -23,17 +23,17 @@ from typing import Any, Protocol
 import numpy as np
 
 from workbench.analysis.analysis import COST_POINTS, COST_SCALE
-from workbench.analysis.realisation import state_scale
 from workbench.analysis.response import Driven, driven, random_loops, spectrum_of
 from workbench.analysis.setting import Setting
-from workbench.analysis.variance import stationary
 from workbench.constants import GRAVITY
 from workbench.control import Gains
+from workbench.control.loop import Subject
 from workbench.convex.preview import Cost, Measured, PreviewRegulator
 from workbench.errors import InputError
-from workbench.loop import Subject
 from workbench.lti import Plant
+from workbench.lti.realisation import state_scale
 from workbench.lti.signals import numbered
+from workbench.lti.variance import stationary
 from workbench.result import Result, Row
 
 CURRENTS = "sum of mean square currents"
@@ -221,7 +221,7 @@ def _intensity(setting: Setting) -> np.ndarray:
 
 def _open_loops(setting: Setting) -> list[tuple[Subject, Plant]]:
     """The groups, or the whole vehicle where types are correlated, with their currents as states."""
-    from workbench.loop import subject as subject_of
+    from workbench.control.loop import subject as subject_of
 
     subjects = setting.subjects
     if setting.guideway.correlation is not None and len(subjects) > 1:

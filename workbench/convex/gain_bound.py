@@ -17,12 +17,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from workbench.analysis.norm import h2_norm, peak_gain
-from workbench.analysis.realisation import Realisation, checked, stable_poles
 from workbench.convex.lyapunov import scaling
-from workbench.convex.semidefinite import Answer, Inequality, hermitian, minimise, symmetric_basis
 from workbench.errors import InputError
+from workbench.lti.norm import h2_norm, peak_gain
+from workbench.lti.realisation import Realisation, checked, stable_poles
 from workbench.result import Result, Row
+from workbench.solve.semidefinite import Answer, Inequality, hermitian, minimise, symmetric_basis
 
 LIFTS = 10.0 ** np.arange(-12, -1.5, 0.5)  # of the Lyapunov solution added to P, relative; the best is kept
 

@@ -20,10 +20,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.analysis.realisation import EPS, state_scale
-from workbench.convex.semidefinite import Inequality, minimise, symmetric_basis
 from workbench.errors import InputError
+from workbench.lti.realisation import EPS, state_scale
 from workbench.result import Result, Row
+from workbench.solve.semidefinite import Inequality, minimise, symmetric_basis
 
 FLOOR = (
     1e-7  # least eigenvalue of P in scaled coordinates, where the largest is 1: the condition a certificate may have

@@ -17,8 +17,8 @@ import numpy as np
 
 from workbench.convex.delayed_loop import Sample, dense, local_peaks
 from workbench.convex.pid_problem import PidProblem, PidTuning, verified
-from workbench.convex.semidefinite import Inequality, minimise
 from workbench.errors import InputError
+from workbench.solve.semidefinite import Inequality, minimise
 
 BACK_OFF = 2e-5  # relative; of the limits while solving, so that the proof at all frequencies has room
 FIRST = 60  # frequencies at the beginning

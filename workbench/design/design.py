@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from workbench.analysis.analysis import Analysis, analyse
-from workbench.budget import NEVER, Deadline, current, keeping
 from workbench.control import Gains
 from workbench.control.gains import GAIN_NAMES
 from workbench.design.problem import Problem
@@ -22,8 +21,9 @@ from workbench.design.solve import Outcome, finish, least_violation, relaxed, st
 from workbench.design.steering import Programme
 from workbench.design.verdict import verdicts
 from workbench.errors import BudgetEnded, InputError
+from workbench.machine.budget import NEVER, Deadline, current, keeping
+from workbench.machine.threads import one_thread
 from workbench.result import Result, Row
-from workbench.threads import one_thread
 
 DIGITS = 6  # significant digits of a gain as printed; the rounded gains are what is verified
 BACK_OFFS = (
@@ -282,7 +282,7 @@ def _side_by_side(problem: Problem, jobs, workers: int, until) -> Iterator[tuple
     """The same, in processes of this machine, in the order in which they end."""
     from concurrent.futures import FIRST_COMPLETED, wait
 
-    from workbench.workers import pool
+    from workbench.machine.workers import pool
 
     with pool(min(workers, len(jobs)), _prepare, _bare(problem)) as executor:
         waiting = {executor.submit(_run_prepared, job): number for number, job in enumerate(jobs)}

@@ -13,11 +13,11 @@ import numpy as np
 
 from workbench.analysis.analysis import Analysis, analyse
 from workbench.analysis.comfort_summary import comfort_summary
-from workbench.analysis.norm import peak_gain
 from workbench.control import Gains
 from workbench.control.gains import GAIN_NAMES
 from workbench.design.problem import Problem
 from workbench.design.requirement import MOTOR_CURRENT, RIDE_MASKS
+from workbench.lti.norm import peak_gain
 
 if TYPE_CHECKING:
     from workbench.design.steering import Programme

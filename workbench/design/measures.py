@@ -18,16 +18,16 @@ import numpy as np
 from workbench.analysis.response import exciting_types, point_acceleration, seen_guideway, spectrum_of
 from workbench.analysis.ride import weight
 from workbench.analysis.setting import Setting
-from workbench.budget import heed
 from workbench.compiled import Buffered
 from workbench.control.gains import GAIN_NAMES
 from workbench.control.law import VERTICAL_CHANNELS
+from workbench.control.loop import Subject
 from workbench.design.delayed import Delayed
 from workbench.design.kernel import Shape, kernel, plant_column
 from workbench.design.noise import mean_squares
-from workbench.guideway.irregularity import TYPES, phasors
-from workbench.loop import Subject
 from workbench.lti.signals import numbered
+from workbench.machine.budget import heed
+from workbench.physics.guideway.irregularity import TYPES, phasors
 
 ABSOLUTE_SMOOTHING = 1e-6  # [m/(m/s²)] in √(x² + ε²): 2e-8 m of 10 mm, far below any digit of a limit
 ENDS = ("front", "rear")

@@ -7,9 +7,9 @@ from typing import Any
 from workbench.analysis.setting import Setting
 from workbench.control import GAIN_NAMES, Gains, ModalLaw
 from workbench.control.gains import GAIN_UNITS, TIME_CONSTANTS
+from workbench.control.loop import Subject
 from workbench.design.requirement import MOTOR_CURRENT, RIDE_MASKS, Requirement
 from workbench.errors import InputError, unknown_name
-from workbench.loop import Subject
 from workbench.result import Result, Row
 
 
@@ -139,12 +139,6 @@ class Problem(Result):
     def with_requirements(self, requirements) -> "Problem":
         """The same problem with other limits."""
         return replace(self, requirements=tuple(requirements))
-
-    def explore(self, gains: Gains | None = None, *, state=None):
-        """Sliders for the seventeen parameters and the operating point, in a notebook; see `workbench.explore`."""
-        from workbench.explore import explore
-
-        return explore(self, gains, state=state)
 
     def rows(self) -> list[Row]:
         return [

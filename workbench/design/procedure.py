@@ -16,10 +16,10 @@ import numpy as np
 
 from workbench.control.gains import GAIN_NAMES, Gains
 from workbench.control.law import CHANNELS, ModalLaw
+from workbench.control.loop.locus import Names
+from workbench.control.loop.mechanics import mechanics
+from workbench.control.loop.polynomial import characteristic_polynomial, roots_of
 from workbench.errors import InfeasibleError, InputError, unknown_name
-from workbench.loop.locus import Names
-from workbench.loop.mechanics import mechanics
-from workbench.loop.polynomial import characteristic_polynomial, roots_of
 from workbench.lti import Plant
 from workbench.lti.signals import COORDINATES
 from workbench.result import Result, Row

@@ -14,7 +14,6 @@ from time import monotonic
 import numpy as np
 
 from workbench.analysis.analysis import analyse
-from workbench.budget import keeping
 from workbench.control import Gains
 from workbench.design.design import (
     BACK_OFFS,
@@ -41,8 +40,9 @@ from workbench.design.verdict import verdicts
 from workbench.design.worst import Search, Worst, judged_model, same_model
 from workbench.design.worst import in_words as worst_in_words
 from workbench.errors import InfeasibleError, InputError
+from workbench.machine.budget import keeping
+from workbench.machine.threads import one_thread
 from workbench.result import Result, Row, figure
-from workbench.threads import one_thread
 
 BACK_OFF = BACK_OFFS[1]  # relative distance kept from every limit: what a model between two of the set may exceed
 ROUNDS = 12

@@ -10,15 +10,15 @@ from typing import Any
 import numpy as np
 
 from workbench.analysis.mode import REAL
-from workbench.analysis.norm import peak_gain
 from workbench.analysis.setting import Setting
 from workbench.control import Gains
 from workbench.control.gains import LATERAL, VERTICAL
+from workbench.control.loop import GROUPS, Subject, subject
+from workbench.control.loop.closed import interconnect
+from workbench.control.loop.group import commanded
 from workbench.design.problem import Problem
-from workbench.loop import GROUPS, Subject, subject
-from workbench.loop.closed import interconnect
-from workbench.loop.group import commanded
 from workbench.lti import Plant
+from workbench.lti.norm import peak_gain
 from workbench.result import Result, Row
 
 CASES: dict[str, Mapping[str, float]] = {

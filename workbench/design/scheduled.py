@@ -15,7 +15,6 @@ from time import monotonic
 import numpy as np
 
 from workbench.analysis.analysis import analyse
-from workbench.budget import current, heed, keeping
 from workbench.control import GAIN_NAMES
 from workbench.control.schedule import Schedule
 from workbench.design.design import Design, Start, design
@@ -29,8 +28,9 @@ from workbench.design.speed_family import PlantFamily, plant_family
 from workbench.design.steering import Programme
 from workbench.design.verdict import margin_verdicts, verdicts
 from workbench.errors import InfeasibleError, InputError
+from workbench.machine.budget import current, heed, keeping
+from workbench.machine.threads import one_thread
 from workbench.result import Result, Row
-from workbench.threads import one_thread
 
 BACK_OFF = 5e-3  # relative distance kept from every limit while tuning: a smooth curve passes between its points
 ROUNDS = 8  # of exchange; each adds the worst speed of every stretch that fails

@@ -11,13 +11,13 @@ from dataclasses import fields
 
 import numpy as np
 
+from workbench.analysis.batch.closing import Closing
+from workbench.analysis.batch.plants import Reading, read
 from workbench.analysis.mode import REAL
 from workbench.analysis.setting import Setting
 from workbench.control.gains import GAIN_NAMES, Gains
 from workbench.design.model import STABILITY, Model
 from workbench.design.requirement import Requirement
-from workbench.study.closing import Closing
-from workbench.study.plants import Reading, read
 
 AT_ONCE = 128  # loops in a stack: few enough to stay in the cache
 

@@ -16,9 +16,9 @@ import casadi as ca
 import numpy as np
 
 from workbench.analysis.setting import Setting
-from workbench.budget import heed
 from workbench.design.problem import Problem
 from workbench.errors import InputError
+from workbench.machine.budget import heed
 from workbench.result import Result, Row
 
 DECIMALS = 10  # significant digits of a coefficient that a proof starts from

@@ -12,13 +12,13 @@ import numpy as np
 
 from workbench.analysis.analysis import Analysis, unfiltered
 from workbench.analysis.comfort_summary import comfort_summary
-from workbench.analysis.margin import channel_margin
 from workbench.analysis.mode import REAL
-from workbench.analysis.norm import peak_gain
 from workbench.control import Gains
 from workbench.design.problem import Problem
 from workbench.design.requirement import MOTOR_CURRENT, RIDE_MASKS, Verdict, judge
 from workbench.errors import InputError
+from workbench.lti.margin import channel_margin
+from workbench.lti.norm import peak_gain
 
 PEAK_TOLERANCE = 1e-6  # relative width of the bracket of a peak where many models are looked at
 NO_RESPONSE = "an unfiltered rate has roots and no responses"

@@ -11,13 +11,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.analysis.analysis import analyse
-from workbench.budget import heed
 from workbench.control import Gains
 from workbench.design.model import SENSORS, STABILITY, Box, Model, Variation, model_of, sentence
 from workbench.design.problem import Problem
 from workbench.design.requirement import Requirement, Verdict
 from workbench.design.screening import Screening
 from workbench.design.verdict import margin_verdicts, verdicts
+from workbench.machine.budget import heed
 from workbench.result import Result, Row
 
 STEPS = (0.5, 0.2, 0.05)  # of the local search, in the unit cube

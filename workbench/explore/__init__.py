@@ -3,7 +3,7 @@
     Session (gains, operating point, pins) --snapshot--> Snapshot --picture--> PNG
         ^-- panel: sliders, buttons, tables (ipywidgets); everything it does is a method of the session
 
-`explore(problem)` opens the panel, also as `problem.explore()`; `Session` alone serves scripts.
+`explore(problem)` opens the panel; `Session` alone serves scripts.
 """
 
 from workbench.explore.session import Pin, Session

@@ -19,7 +19,7 @@ from workbench.design.problem import Problem
 from workbench.errors import InfeasibleError, InputError
 from workbench.explore.picture import Picture
 from workbench.explore.session import FACTORS, Session
-from workbench.export.report_style import table_block
+from workbench.handover.report.style import table_block
 
 GROUPS = {
     "vertical filters": ("K_h", "K_hdot", "tau_h", "K_zddot", "K_zdot", "tau_z"),

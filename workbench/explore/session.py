@@ -77,7 +77,7 @@ class Session:
 
     def vary(self, **factors: float) -> None:
         """Changes the operating point: factors of mass, current force and gap force, 1 being nominal."""
-        from workbench.vehicle import varied
+        from workbench.physics.vehicle import varied
 
         for name in factors:
             if name not in FACTORS:
@@ -131,7 +131,7 @@ class Session:
 
     def write_table(self, path: Path | str) -> Path:
         """The present design as a gain table; at the nominal operating point only, of which the table speaks."""
-        from workbench.export.table import table_from_design, write_table
+        from workbench.handover.table.table import table_from_design, write_table
 
         if self.problem is not self.nominal:
             raise InputError(
@@ -143,7 +143,7 @@ class Session:
 
     def save(self, path: Path | str) -> None:
         """Writes gains, operating point and pins as JSON, beside and renamed."""
-        from workbench.writing import write_text
+        from workbench.machine.writing import write_text
 
         write_text(Path(path), json.dumps(self.to_dict(), indent=1, ensure_ascii=False) + "\n")
 
@@ -163,7 +163,7 @@ class Session:
         InputError
             If the file is not one, is of another problem, or holds gains or factors that cannot be; nothing changes.
         """
-        from workbench.reading import read_mapping
+        from workbench.machine.reading import read_mapping
 
         document = read_mapping(Path(path))
         if document.get("format") != STATE or document.get("problem") != self.nominal.name:

@@ -5,14 +5,14 @@ The scale of all coefficients is the report's own: 0.8380 × 184635 (kA-turns)²
 
 import math
 
-from workbench.coils import REPORT_PLATE, Loop, mutual_inductance, plane_forces, plane_images
-from workbench.forces.corner import CornerLaw
-from workbench.forces.energy import REPORT_COILS
-from workbench.forces.flight import Levitation, drag_at
-from workbench.forces.law import REPORT_LIFT_RATIO, REPORT_LIFT_TO_DRAG
-from workbench.forces.operating import REPORT_GAP, REPORT_SETS, REPORT_SPEED, REPORT_WEIGHT, ampere_turns
-from workbench.forces.taylor import TaylorLaw
 from workbench.ledger.baseline import report_vehicle
+from workbench.physics.coils import REPORT_PLATE, Loop, mutual_inductance, plane_forces, plane_images
+from workbench.physics.forces.corner import CornerLaw
+from workbench.physics.forces.energy import REPORT_COILS
+from workbench.physics.forces.flight import Levitation, drag_at
+from workbench.physics.forces.law import REPORT_LIFT_RATIO, REPORT_LIFT_TO_DRAG
+from workbench.physics.forces.operating import REPORT_GAP, REPORT_SETS, REPORT_SPEED, REPORT_WEIGHT, ampere_turns
+from workbench.physics.forces.taylor import TaylorLaw
 
 PRINTED_SQUARE = 184635e6  # (KNI)² [A²] (A.3)
 POUND_FORCE = 4.4482216152605  # [N], exact

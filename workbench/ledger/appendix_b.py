@@ -5,9 +5,9 @@ Matrices come from the linearised nonlinear equations, reduced models from `loop
 
 import numpy as np
 
+from workbench.control.loop.polynomial import roots_of
 from workbench.ledger.baseline import report_gains, report_law, report_model, report_vehicle
 from workbench.ledger.tables import compare
-from workbench.loop.polynomial import roots_of
 
 UNDEFINED = ("e_y", "e_phi")  # used in B.5 and defined nowhere: there is nothing printed to compare
 AGREEMENT = 1e-12  # relative; a pseudo-inverse of eight rows

@@ -3,10 +3,10 @@
 import numpy as np
 
 from workbench.control.filters import combined_fraction
+from workbench.control.loop.determinant import point_ratio
+from workbench.control.loop.polynomial import roots_of
 from workbench.design.procedure import double_root, heave_choice, unfiltered
 from workbench.ledger.baseline import report_gains, report_law, report_model
-from workbench.loop.determinant import point_ratio
-from workbench.loop.polynomial import roots_of
 from workbench.lti import PolynomialMatrix
 
 PAIRS = range(2, 9)

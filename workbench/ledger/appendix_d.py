@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from workbench.guideway.irregularity import UNIT_INPUTS, Wave, phasors, table_d1
+from workbench.control.loop import close
 from workbench.ledger.baseline import report_gains, report_law, report_model, report_vehicle
-from workbench.loop import close
 from workbench.lti import Plant
 from workbench.lti.signals import numbered
+from workbench.physics.guideway.irregularity import UNIT_INPUTS, Wave, phasors, table_d1
 
 TABLE_D1 = {  # as printed, rows ζ_1…ζ_4, η_1…η_4; cos and sin column of each type
     "A1": ("1111 0000", "11-- 0000"),

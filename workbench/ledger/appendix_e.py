@@ -1,10 +1,10 @@
 """Appendix E, noise of the fan propulsion: our number for every number it prints that something else in it determines.
 
 Rows in appendix_e.toml, dB(A) at 50 feet. The printed levels of one unit, of two fans and of two engines are taken as
-given where a row sums them; the steps' reductions are those of `workbench.propulsion.noise`.
+given where a row sums them; the steps' reductions are those of `workbench.physics.propulsion.noise`.
 """
 
-from workbench.propulsion.noise import (
+from workbench.physics.propulsion.noise import (
     BETTER_TREATMENT,
     CLEANER_INLET,
     CRUISE,

@@ -7,15 +7,15 @@ from itertools import pairwise
 
 import numpy as np
 
-from workbench.forces.motor import WindingSection, components, dq_motor, force_lines, pose_forces, profile
-from workbench.forces.motor.coil_size import aspect_ratios, table_2
-from workbench.forces.motor.empirical import fit_over_gap, fit_over_lateral
-from workbench.forces.motor.figures import ANGLE, ARM, MUTUAL_GAP, two_coil_amplitudes
-from workbench.forces.motor.pose import COMPONENTS
-from workbench.forces.motor.symmetry import table_1
-from workbench.forces.motor.three_phase import direction
-from workbench.forces.motor.winding import REPORT_GAP, REPORT_WINDING, VehicleCoil, Winding
-from workbench.propulsion.overview import LIFT_OFF
+from workbench.physics.motor import WindingSection, components, dq_motor, force_lines, pose_forces, profile
+from workbench.physics.motor.coil_size import aspect_ratios, table_2
+from workbench.physics.motor.empirical import fit_over_gap, fit_over_lateral
+from workbench.physics.motor.figures import ANGLE, ARM, MUTUAL_GAP, two_coil_amplitudes
+from workbench.physics.motor.pose import COMPONENTS
+from workbench.physics.motor.symmetry import table_1
+from workbench.physics.motor.three_phase import direction
+from workbench.physics.motor.winding import REPORT_GAP, REPORT_WINDING, VehicleCoil, Winding
+from workbench.physics.propulsion.overview import LIFT_OFF
 
 CRUISE_SPEED = 134.0  # [m/s], printed in 3.1
 CRUISE_THRUST = 41e3  # [N], printed in 3.1 and 6.2

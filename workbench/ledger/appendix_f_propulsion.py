@@ -5,15 +5,15 @@ Rows in appendix_f_propulsion.toml. The motor's forces (sections 5, 6, 7.1) have
 
 import numpy as np
 
-from workbench.coils import REPORT_PLATE, plane_forces
 from workbench.constants import GRAVITY
-from workbench.forces.corner import CornerLaw
-from workbench.forces.energy import CoilSet
-from workbench.forces.operating import REPORT_GAP, REPORT_SETS, REPORT_SPEED, REPORT_WEIGHT
 from workbench.ledger.baseline import report_vehicle
-from workbench.propulsion.drag import DragLaw, constant_acceleration
-from workbench.propulsion.magnet import ATHERTON, IWASA, magnet_mass
-from workbench.propulsion.overview import (
+from workbench.physics.coils import REPORT_PLATE, plane_forces
+from workbench.physics.forces.corner import CornerLaw
+from workbench.physics.forces.energy import CoilSet
+from workbench.physics.forces.operating import REPORT_GAP, REPORT_SETS, REPORT_SPEED, REPORT_WEIGHT
+from workbench.physics.propulsion.drag import DragLaw, constant_acceleration
+from workbench.physics.propulsion.magnet import ATHERTON, IWASA, magnet_mass
+from workbench.physics.propulsion.overview import (
     ACCELERATION,
     AMPERE_TURNS,
     COIL_LENGTH,
@@ -22,9 +22,9 @@ from workbench.propulsion.overview import (
     LIFT_OFF,
     MASS,
 )
-from workbench.propulsion.power_corner import least_power_schedule
-from workbench.propulsion.rating import fuel_fraction
-from workbench.propulsion.schedule import Demand
+from workbench.physics.propulsion.power_corner import least_power_schedule
+from workbench.physics.propulsion.rating import fuel_fraction
+from workbench.physics.propulsion.schedule import Demand
 
 ROUNDED_G = 9.807  # [m/s²], with which 3.1 prints the weight in kN
 TONNE, HOUR = 1000.0, 3600.0

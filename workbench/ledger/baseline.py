@@ -9,8 +9,8 @@ from functools import cache
 
 from workbench.constants import GRAVITY
 from workbench.control import Gains, ModalLaw
-from workbench.forces.law import report_first_order
-from workbench.vehicle import Linearisation, Vehicle, linearise
+from workbench.physics.forces.law import report_first_order
+from workbench.physics.vehicle import Linearisation, Vehicle, linearise
 
 WEIGHT = 444.8e3  # [N] report, A.3
 

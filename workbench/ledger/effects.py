@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.control import Gains, ModalLaw
+from workbench.control.loop.polynomial import roots_of
 from workbench.design.procedure import OSCILLATING
 from workbench.errors import unknown_name
-from workbench.loop.polynomial import roots_of
+from workbench.physics.vehicle import Extras, Vehicle, linearise
 from workbench.result import Result, Row
-from workbench.vehicle import Extras, Vehicle, linearise
 
 CURRENT_LAG = 0.010  # [s] DEFINITIONS, Lag
 COIL_LENGTH = 3.0  # [m] levitation coil of Figure A-9

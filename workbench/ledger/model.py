@@ -10,14 +10,14 @@ import numpy as np
 
 from workbench.control import Gains, ModalLaw
 from workbench.control.gains import GAIN_NAMES
+from workbench.control.loop.polynomial import loop_polynomial
 from workbench.ledger.formula import latex, latex_name
 from workbench.ledger.tables import Comparison, Erratum, compare, entries, errata
-from workbench.loop.polynomial import loop_polynomial
 from workbench.lti import Plant
 from workbench.lti.signals import ANTISYMMETRIC, COORDINATES, SYMMETRIC
+from workbench.physics.vehicle import Linearisation, Vehicle, linearise
+from workbench.physics.vehicle.operating import joined
 from workbench.result import Result, Row
-from workbench.vehicle import Linearisation, Vehicle, linearise
-from workbench.vehicle.operating import joined
 
 MATRICES = ("stiffness", "damping", "current", "zeta", "eta", "bank")
 ROUNDING = 1e-13  # relative; entries carry 1e-16, products of four of them and sums over the sets a hundred times that

@@ -16,12 +16,12 @@ import numpy as np
 
 from workbench.constants import GRAVITY
 from workbench.control import Gains, ModalLaw
+from workbench.control.loop.polynomial import LoopPolynomial, named_parameters
+from workbench.control.loop.reduced import reduced_model
 from workbench.errors import InputError
 from workbench.ledger.formula import value
-from workbench.loop.polynomial import LoopPolynomial, named_parameters
-from workbench.loop.reduced import reduced_model
+from workbench.physics.vehicle import Extras, Linearisation, Vehicle, linearise
 from workbench.result import Result, Row
-from workbench.vehicle import Extras, Linearisation, Vehicle, linearise
 
 COEFFICIENTS = ("0", "h", "hp", "phi", "alpha")  # of a force law: value, then derivatives
 AGREEMENT = 1e-9  # relative; both routes are exact to rounding, which the sums over coil sets raise to about 1e-13

@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from workbench.coils import REPORT_PLATE, Conductor, Loop, plane_forces
 from workbench.errors import unknown_name
-from workbench.forces.corner import pair_coefficients
-from workbench.forces.energy import REPORT_COILS, CoilSet
-from workbench.forces.operating import REPORT_GAP, REPORT_SPEED, law_at
+from workbench.physics.coils import REPORT_PLATE, Conductor, Loop, plane_forces
+from workbench.physics.forces.corner import pair_coefficients
+from workbench.physics.forces.energy import REPORT_COILS, CoilSet
+from workbench.physics.forces.operating import REPORT_GAP, REPORT_SPEED, law_at
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

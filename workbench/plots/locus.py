@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from workbench.loop.locus import Locus, ParameterStudy
+from workbench.control.loop.locus import Locus, ParameterStudy
 
 
 def plot_locus(locus: Locus, *, ax=None):

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from workbench.forces.motor.figures import Figure, figure
-from workbench.forces.motor.section import Operation
-from workbench.forces.motor.three_phase import ForceLines
+from workbench.physics.motor.figures import Figure, figure
+from workbench.physics.motor.section import Operation
+from workbench.physics.motor.three_phase import ForceLines
 
 
 def plot_figure(what: str | Figure, *, ax: Any = None):

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from workbench.propulsion.drag import DragCurves
-from workbench.propulsion.schedule import Schedule
+from workbench.physics.propulsion.drag import DragCurves
+from workbench.physics.propulsion.schedule import Schedule
 
 
 def plot_drag(curves: DragCurves, *, ax=None):

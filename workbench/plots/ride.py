@@ -15,7 +15,7 @@ from workbench.analysis.density import Psd, value
 from workbench.analysis.ride import ThirdOctaves
 from workbench.constants import GRAVITY
 from workbench.errors import InputError
-from workbench.guideway.spectrum import Spectrum
+from workbench.physics.guideway.spectrum import Spectrum
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -3,8 +3,8 @@
 import math
 import textwrap
 
+from workbench.design.tuner.result import Tuning
 from workbench.errors import InputError
-from workbench.tuning.tune_result import Tuning
 
 COLUMNS = 3
 WIDTH = 48  # characters of a line under an axes

@@ -1,6 +1,6 @@
 """The guideway a simulation runs along: drawn at random, or of known shape.
 
-    Realisation (workbench.guideway), ShapedGuideway, Scaled  --inputs(positions, speed, time)-->  ζ, η of the coil sets
+    Realisation, ShapedGuideway, Scaled  --inputs(positions, speed, time)-->  ζ, η of the coil sets
 
 Every coil set meets the guideway at its own place, the rear ones later by the wheel base.
 """
@@ -11,8 +11,8 @@ from typing import Protocol
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.guideway.irregularity import Positions, leads, patterns
-from workbench.guideway.shape import Shape
+from workbench.physics.guideway.irregularity import Positions, leads, patterns
+from workbench.physics.guideway.shape import Shape
 
 
 class Course(Protocol):

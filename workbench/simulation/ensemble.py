@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.guideway.realisation import realisation
-from workbench.guideway.roughness import Roughness
+from workbench.physics.guideway.realisation import realisation
+from workbench.physics.guideway.roughness import Roughness
 from workbench.result import Result, Row
 from workbench.simulation.course import Scaled
 from workbench.simulation.history import Contact, History

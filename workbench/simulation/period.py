@@ -16,10 +16,10 @@ import casadi as ca
 import numpy as np
 
 from workbench.compiled import compile_function
-from workbench.forces.energy import clearance
+from workbench.physics.forces.energy import clearance
+from workbench.physics.vehicle import Vehicle
+from workbench.physics.vehicle.assembly import assembly, coil_moments, law_function, set_forces
 from workbench.simulation.rig import Rig
-from workbench.vehicle import Vehicle
-from workbench.vehicle.assembly import assembly, coil_moments, law_function, set_forces
 
 CHUNK = 200  # periods in a call: between two looks at the clearances
 SHORT_LAW = 3000  # operations of a force law below which a period is written out: the exact law has ten thousand

@@ -10,11 +10,11 @@ import numpy as np
 
 from workbench.control import Gains, ModalLaw
 from workbench.control.discrete import discretise
+from workbench.control.loop import close
 from workbench.errors import InputError, unknown_name
-from workbench.forces.energy import REPORT_COILS, CoilSet
-from workbench.loop import close
-from workbench.vehicle import Vehicle
-from workbench.vehicle.operating import OperatingPoint
+from workbench.physics.forces.energy import REPORT_COILS, CoilSet
+from workbench.physics.vehicle import Vehicle
+from workbench.physics.vehicle.operating import OperatingPoint
 
 INTEGRATORS = ("rk", "cvodes")
 LONGEST_STEP = 0.004  # [s]; half a metre of guideway at 134 m/s

@@ -13,17 +13,17 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from workbench.analysis.analysis import COST_POINTS, COST_SCALE, ENDS, PEAK_SIGMAS
+from workbench.analysis.batch.closing import Closed, Closing, acting, unfiltered
+from workbench.analysis.batch.modal import Excited, Fractions
+from workbench.analysis.batch.plants import SENSED, Key, Reading, output_keys, read
 from workbench.analysis.mode import REAL
 from workbench.analysis.response import WEIGHTS, exciting_types, irregularities, spectrum_of
 from workbench.analysis.ride import weight
 from workbench.analysis.setting import Setting
 from workbench.constants import GRAVITY
+from workbench.control.loop import Subject
 from workbench.errors import InputError, unknown_name
-from workbench.loop import Subject
 from workbench.lti.signals import numbered
-from workbench.study.closing import Closed, Closing, acting, unfiltered
-from workbench.study.modal import Excited, Fractions
-from workbench.study.plants import SENSED, Key, Reading, output_keys, read
 
 DELAY = "delay_margin"  # smallest over the current commands, as the requirement's
 MOST_GROWTH = 1e3  # of the terms over a mean square: its square times 1e-16 leaves ten digits

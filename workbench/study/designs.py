@@ -15,8 +15,8 @@ from workbench.design.design import Design, design, refine
 from workbench.design.problem import Problem
 from workbench.design.robust import robust_design
 from workbench.design.scheduled import schedule_design
+from workbench.physics.vehicle import varied
 from workbench.study.definition import Study
-from workbench.vehicle import varied
 
 
 @dataclass(frozen=True)

@@ -9,9 +9,9 @@ from collections.abc import Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, wait
 from time import perf_counter
 
+from workbench.machine.workers import pool
 from workbench.study.store import Piece
 from workbench.study.task import Task
-from workbench.workers import pool
 
 Ranges = Sequence[tuple[int, int]]
 AHEAD = 2  # pieces handed out for each worker

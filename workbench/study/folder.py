@@ -11,7 +11,7 @@ from functools import cache
 from pathlib import Path
 
 from workbench.errors import InputError
-from workbench.export.problem import shipped_folder
+from workbench.files.problem import shipped_folder
 
 KNOWN = ("data.toml", "approved.json")  # data and gains stand in the identity by themselves
 OUTPUTS = ("results", "__pycache__")  # where commands write unless told otherwise

@@ -12,13 +12,13 @@ from typing import Any
 
 from workbench.analysis.analysis import analyse
 from workbench.analysis.full import full_analysis
-from workbench.analysis.margin import ChannelMargin
 from workbench.control import Gains
 from workbench.control.gains import GAIN_NAMES
 from workbench.design.problem import Problem
 from workbench.design.requirement import MOTOR_CURRENT, Requirement
 from workbench.design.verdict import verdicts
 from workbench.errors import InputError
+from workbench.lti.margin import ChannelMargin
 from workbench.study.batch import DELAY
 from workbench.study.definition import Limit
 

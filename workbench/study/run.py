@@ -16,9 +16,11 @@ from typing import Any
 
 import numpy as np
 
-from workbench.budget import Deadline
 from workbench.control import Gains
 from workbench.errors import InputError, unknown_name
+from workbench.machine.budget import Deadline
+from workbench.machine.threads import one_thread
+from workbench.machine.writing import check_file, write_text
 from workbench.result import Result, Row, plain
 from workbench.study.cluster import cluster
 from workbench.study.definition import Limit, Study
@@ -34,8 +36,6 @@ from workbench.study.store import Piece, missing, opened
 from workbench.study.summary import Failing, Spread, failing, spread_of
 from workbench.study.table import write_study
 from workbench.study.task import Task
-from workbench.threads import one_thread
-from workbench.writing import check_file, write_text
 
 PIECE = {"batch": 512, "analyse": 8, "design": 1}  # rows kept at a time: a sixth of a second, and one design
 WORTH_IT = 20_000  # rows of batches below which other processes cost more than they bring

@@ -18,7 +18,7 @@ from workbench.control import Gains
 from workbench.control.schedule import Schedule
 from workbench.design.problem import Problem
 from workbench.errors import InputError
-from workbench.export.problem import (
+from workbench.files.problem import (
     ProblemData,
     builder,
     load_problem,
@@ -27,7 +27,7 @@ from workbench.export.problem import (
     read_schedule,
     shipped_problems,
 )
-from workbench.reading import read_text
+from workbench.machine.reading import read_text
 from workbench.study.folder import check_trusted, own_files
 
 

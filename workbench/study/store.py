@@ -17,9 +17,9 @@ from pathlib import Path
 from typing import Any
 
 from workbench.errors import InputError
-from workbench.reading import read_mapping
+from workbench.machine.reading import read_mapping
+from workbench.machine.writing import BEGUN, open_lock, write_text
 from workbench.study.definition import sha256
-from workbench.writing import BEGUN, open_lock, write_text
 
 FORMAT = "maglev-workbench study"
 MANIFEST, ROWS, LOCK = "study.json", "rows", "study.lock"

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from workbench.errors import InputError
-from workbench.writing import replacing, write_text
+from workbench.machine.writing import replacing, write_text
 
 METADATA = b"workbench"
 

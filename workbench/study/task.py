@@ -13,19 +13,19 @@ from typing import Any
 
 import numpy as np
 
+from workbench.analysis.batch.plants import Family, fit
 from workbench.control import Gains
 from workbench.control.gains import GAIN_NAMES, LATERAL, TIME_CONSTANTS, VERTICAL
 from workbench.design.problem import Problem
 from workbench.errors import BudgetEnded, InfeasibleError, InputError
+from workbench.machine.threads import one_thread
+from workbench.physics.vehicle import varied
 from workbench.study.batch import Batch, quantity_names, suits
 from workbench.study.definition import VEHICLE_FACTORS, Study
 from workbench.study.designs import designed, with_factors
 from workbench.study.given import Given
-from workbench.study.plants import Family, fit
 from workbench.study.quantity import document_of, value_at
 from workbench.study.source import Source
-from workbench.threads import one_thread
-from workbench.vehicle import varied
 
 BLOCK = 128  # rows of a batch; larger ones leave the processor's cache
 FEW = 8  # rows with the same data below which a batch is not worth its preparation

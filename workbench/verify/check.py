@@ -18,20 +18,20 @@ from typing import Any
 
 from flint import fmpq
 
-from workbench.verify import tie
-from workbench.verify.deadline import OutOfTime, check, within
-from workbench.verify.failure import NotProved, TableError
-from workbench.verify.kind import KINDS, MOTOR_CURRENT, PEAK, promised_names
-from workbench.verify.law import GROUPS
-from workbench.verify.loop import DIVIDING, FACTORS, left_out
-from workbench.verify.physics import differences
-from workbench.verify.pole import boundary_kept
-from workbench.verify.prover import NO_CERTIFICATE, STURM, Prover
+from workbench.verify.exact.deadline import OutOfTime, check, within
+from workbench.verify.exact.failure import NotProved, TableError
+from workbench.verify.exact.pole import boundary_kept
 from workbench.verify.reading import digest_of, read_document
-from workbench.verify.scheduled import SPEED, polynomials_of
-from workbench.verify.statement import Statements
-from workbench.verify.table import Promise, Table, Undecided, table_of
-from workbench.verify.uncertain import interval_holds, method_of, worst_over_box
+from workbench.verify.vehicle import tie
+from workbench.verify.vehicle.kind import KINDS, MOTOR_CURRENT, PEAK, promised_names
+from workbench.verify.vehicle.law import GROUPS
+from workbench.verify.vehicle.loop import DIVIDING, FACTORS, left_out
+from workbench.verify.vehicle.physics import differences
+from workbench.verify.vehicle.prover import NO_CERTIFICATE, STURM, Prover
+from workbench.verify.vehicle.scheduled import SPEED, polynomials_of
+from workbench.verify.vehicle.statement import Statements
+from workbench.verify.vehicle.table import Promise, Table, Undecided, table_of
+from workbench.verify.vehicle.uncertain import interval_holds, method_of, worst_over_box
 
 AGREES = 10**6  # one part in so many: a claim in floating point is right to about one in 1e9
 FLOATING = "floating point"

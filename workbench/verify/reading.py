@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 
 from flint import fmpq, fmpq_mat
 
-from workbench.verify.failure import TableError
+from workbench.verify.exact.failure import TableError
 
 T = TypeVar("T")
 FORMAT = "maglev-workbench gain table"

@@ -1,1 +1,0 @@
-"""Gain tables and problem files in and out; reports."""

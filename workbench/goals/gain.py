@@ -1,0 +1,278 @@
+"""Limits on the gain of a channel over frequency: the H∞ norm, weighted, against a profile, or of a tracking error.
+
+    σ_max( L(jω) (T(jω) − R(jω)) W(jω) ) / |limit(jω)|  below 1 at every frequency of the focus band
+
+`GainShape` is that expression for any filters L and W, reference R and profile; most goals about frequency use it.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from workbench.errors import InputError
+from workbench.goals.goal import NEAR, Bound, Goal, positive, some_names
+from workbench.goals.peak import Axis, PeakMeasure, Piece
+from workbench.lti.end import first_terms, limit, over_steep, size_at_end
+from workbench.lti.peak_ceiling import Ceiling, enclosure, gain_ceiling
+from workbench.lti.realisation import Realisation
+from workbench.lti.series import difference, series
+from workbench.lti.weight import Filter, Profile, ProfileLike, WeightLike, filter_of, profile_of
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Gain(Goal):
+    """The largest gain from inputs to outputs stays below a limit: value = sup σ_max(T)/|limit|.
+
+    Parameters
+    ----------
+    inputs, outputs : names
+    limit : float, scalar transfer function or breakpoints {ω: magnitude}
+        In units of the outputs per unit of the inputs.
+    """
+
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+    limit: ProfileLike = 1.0
+
+    def __post_init__(self) -> None:
+        check_signals(self)
+        object.__setattr__(self, "limit", profile_of("limit", self.limit))
+        Goal.__post_init__(self)
+
+    def bind(self, loop: Any) -> Bound:
+        """The goal on one loop."""
+        channel = loop.channel(inputs=self.inputs, outputs=self.outputs, openings=self.openings)
+        return Bound(self, PeakMeasure(channel, GainShape.of(channel, profile=self.limit), self.focus))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WeightedGain(Goal):
+    """sup σ_max(L T W) with filters L after the outputs (`left`) and W before the inputs (`right`).
+
+    Parameters
+    ----------
+    inputs, outputs : names
+    left, right : number, matrix, Plant, python-control system or (numerator, denominator)
+        Stable; scalar ones apply to every signal.
+    """
+
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+    left: WeightLike = 1.0
+    right: WeightLike = 1.0
+
+    def __post_init__(self) -> None:
+        check_signals(self)
+        check_weights(self)
+        Goal.__post_init__(self)
+
+    def bind(self, loop: Any) -> Bound:
+        """The goal on one loop."""
+        channel = loop.channel(inputs=self.inputs, outputs=self.outputs, openings=self.openings)
+        shape = GainShape.of(channel, left=self.left, right=self.right)
+        return Bound(self, PeakMeasure(channel, shape, self.focus))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Tracking(Goal):
+    """The tracking error T − I stays below a profile: sup σ_max(T − I)/|e(jω)|, e = (peak s + dc ω_c)/(s + ω_c).
+
+    Parameters
+    ----------
+    inputs : names of the references
+    outputs : names of what should follow them, in the same order
+    response_time : float
+        [s]; ω_c = 2/response_time.
+    dc_error : float
+        Relative error at low frequency, above 0.
+    peak_error : float
+        Relative error at high frequency, above dc_error.
+    scale : (k,), optional
+        Sizes of the references (units); 1 if left out.
+    """
+
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+    response_time: float
+    dc_error: float = 1e-3
+    peak_error: float = 1.0
+    scale: tuple[float, ...] | None = None
+
+    def __post_init__(self) -> None:
+        check_signals(self)
+        for key in ("response_time", "dc_error", "peak_error"):
+            object.__setattr__(self, key, positive(key, getattr(self, key)))
+        if not self.dc_error < self.peak_error:
+            raise InputError(
+                f"dc_error must be below peak_error; got {self.dc_error} and {self.peak_error}. "
+                "Errors grow with frequency."
+            )
+        check_pairs(self)
+        check_scale(self)
+        Goal.__post_init__(self)
+
+    def bind(self, loop: Any) -> Bound:
+        """The goal on one loop."""
+        channel = loop.channel(inputs=self.inputs, outputs=self.outputs, openings=self.openings)
+        corner = 2 / self.response_time
+        error = profile_of("error", ([self.peak_error, self.dc_error * corner], [1.0, corner]))
+        scale = np.ones(len(self.inputs)) if self.scale is None else np.asarray(self.scale, float)
+        minus = Realisation(*_empty(len(scale)), np.eye(len(scale)))
+        shape = GainShape.of(channel, left=np.diag(1 / scale), right=np.diag(scale), minus=minus, profile=error)
+        return Bound(self, PeakMeasure(channel, shape, self.focus))
+
+
+def _empty(size: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    return np.zeros((0, 0)), np.zeros((0, size)), np.zeros((size, 0))
+
+
+def check_signals(goal: Any) -> None:
+    """Inputs and outputs are tuples of names, at least one each."""
+    for key in ("inputs", "outputs"):
+        object.__setattr__(goal, key, some_names(key, getattr(goal, key)))
+
+
+def check_pairs(goal: Any) -> None:
+    """As many outputs as inputs."""
+    if len(goal.inputs) != len(goal.outputs):
+        raise InputError(
+            f"inputs and outputs must pair up; got {len(goal.inputs)} inputs and {len(goal.outputs)} outputs. "
+            "Name each output beside its input."
+        )
+
+
+def check_scale(goal: Any) -> None:
+    """The scale, if given, has one positive size per input."""
+    if goal.scale is None:
+        return
+    sizes = np.atleast_1d(np.asarray(goal.scale, float))
+    if sizes.shape != (len(goal.inputs),) or not (np.isfinite(sizes).all() and (sizes > 0).all()):
+        raise InputError(f"scale must give one positive size for each of {list(goal.inputs)}; got {goal.scale!r}.")
+    object.__setattr__(goal, "scale", tuple(float(size) for size in sizes))
+
+
+def check_weights(goal: Any) -> None:
+    """The weights are stable filters that fit the signals."""
+    filter_of("left", goal.left, len(goal.outputs), side="left")
+    filter_of("right", goal.right, len(goal.inputs), side="right")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class GainShape:
+    """σ_max(L (T − R) W) · |profile|^power."""
+
+    left: Filter | None  # None: nothing
+    right: Filter | None
+    profile: Profile
+    power: int  # −1: the profile limits; +1: it multiplies
+    minus: Realisation | None
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+
+    @classmethod
+    def of(
+        cls, channel: Any, *, left: WeightLike = 1.0, right: WeightLike = 1.0, profile: Profile | float = 1.0,
+        power: int = -1, minus: Realisation | None = None,
+    ) -> "GainShape":  # fmt: skip
+        """The shape for a channel's signals."""
+        before, after = (
+            filter_of("left", left, len(channel.outputs), side="left"),
+            filter_of("right", right, len(channel.inputs), side="right"),
+        )
+        return cls(
+            None if before.identity else before, None if after.identity else after,
+            profile_of("limit", profile), power, minus, tuple(channel.inputs), tuple(channel.outputs),
+        )  # fmt: skip
+
+    def size(self, axis: Axis, T: np.ndarray) -> np.ndarray:
+        """(k,)"""
+        return largest_singular(self._weighted(axis, T)) * self._factor(axis)
+
+    def pieces(self, axis: Axis, T: np.ndarray) -> list[Piece]:
+        """One for each singular value near the largest: W = Lᴴ u vᴴ Wᴴ."""
+        u, sizes, v = np.linalg.svd(self._weighted(axis, T)[0])
+        factor = float(self._factor(axis)[0])
+        found = []
+        for k, size in enumerate(sizes):
+            if size < sizes[0] * (1 - NEAR) and k:
+                break
+            out, into = u[:, k], v[k].conj()
+            if self.left is not None:
+                out = self.left.response(axis.filters)[0].conj().T @ out
+            if self.right is not None:
+                into = self.right.response(axis.filters)[0] @ into
+            found.append((size * factor, factor * np.outer(out, into.conj()), self._label(out, into)))
+        return found
+
+    def system(self, T: Realisation, sampled: bool) -> Realisation | None:
+        """L (T − R) W p^power where the profile is rational."""
+        if sampled and (self.profile.constant is None or (self.minus is not None and len(self.minus.A))):
+            return None
+        profile = self.profile.system(self.power)
+        if profile is not None:
+            return self._joined(T, profile)
+        steep = None if sampled or self.power > 0 else self.profile.steep()
+        return None if steep is None else over_steep(self._joined(T, None), *steep)
+
+    def ends(self, T: Realisation, sampled: bool) -> tuple[float, float]:
+        """Limits at ω = 0 and ∞ where the profile is 0 or ∞ there."""
+        found = [math.nan, math.nan]
+        for k, far in enumerate((False, True)):
+            power, size = self.profile.end(far=far)
+            if power and not (far and sampled):
+                terms = first_terms(self._joined(T, None), far=far)
+                found[k] = size_at_end(limit(*terms, power * self.power, size ** float(self.power), far=far))
+        return found[0], found[1]
+
+    def _joined(self, T: Realisation, profile: Realisation | None) -> Realisation:
+        T = T if self.minus is None else difference(T, self.minus)
+        if profile is not None and len(profile.A):
+            T = series(Realisation(*(np.kron(np.eye(len(T.D)), block) for block in profile)), T)
+        elif profile is not None:
+            factor = float(profile.D[0, 0])
+            T = Realisation(T.A, T.B, T.C * factor, T.D * factor)
+        T = T if self.right is None else series(T, self.right.system)
+        return T if self.left is None else series(self.left.system, T)
+
+    def ceiling(self, T: Realisation, late: np.ndarray, end: float | None) -> Ceiling:
+        """Bounds on intervals."""
+        return gain_ceiling(enclosure(T, late, self.minus), self.left, self.right, self.profile, self.power, end)
+
+    def corners(self) -> np.ndarray:
+        """Of the profile, the filters and the reference."""
+        parts = [np.abs(part.poles()) for part in (self.left, self.right) if part is not None]
+        if self.minus is not None:
+            parts.append(np.abs(np.linalg.eigvals(self.minus.A)))
+        return np.concatenate([self.profile.corners(), *parts])
+
+    def refusal(self, T: Realisation) -> str:
+        """A stable channel always has a gain."""
+        return ""
+
+    def _weighted(self, axis: Axis, T: np.ndarray) -> np.ndarray:
+        if self.minus is not None:
+            T = T - Filter(self.minus).response(axis.filters)
+        T = T if self.left is None else self.left.response(axis.filters) @ T
+        return T if self.right is None else T @ self.right.response(axis.filters)
+
+    def _factor(self, axis: Axis) -> np.ndarray:
+        if self.profile.constant is not None:
+            return np.full(len(axis.omega), self.profile.constant ** float(self.power))
+        with np.errstate(divide="ignore"):
+            factor = self.profile.magnitude(axis.omega) ** float(self.power)
+        at_end = (axis.omega == 0) | np.isinf(axis.omega)
+        return np.where(at_end & ~(np.isfinite(factor) & (factor > 0)), np.nan, factor)  # there `ends` has the limit
+
+    def _label(self, out: np.ndarray, into: np.ndarray) -> str:
+        return f"{self.inputs[int(np.argmax(np.abs(into)))]} → {self.outputs[int(np.argmax(np.abs(out)))]}"
+
+
+def largest_singular(M: np.ndarray) -> np.ndarray:
+    """σ_max (k,) of matrices (k, p, m); a row or column needs no decomposition."""
+    if 1 in M.shape[1:]:
+        return np.sqrt(np.sum(np.abs(M) ** 2, axis=(1, 2)))
+    finite = np.isfinite(M).all(axis=(1, 2))
+    sizes = np.linalg.svd(np.where(finite[:, None, None], M, 0), compute_uv=False)[:, 0]
+    return np.where(finite, sizes, np.inf)

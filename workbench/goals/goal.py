@@ -1,0 +1,234 @@
+"""Goals: what a tuned loop must do, each as a number that is at most 1 when the goal is met.
+
+    Goal (name, hard, models, openings, focus, limits) --bind(loop)--> Bound --evaluate(K)--> Value with gradients
+                                                                             --exact(K)-----> Value, another algorithm
+
+A goal says what is wanted; bound to one loop it measures a controller K (numeric A, B, C, D). `evaluate` steers an
+optimiser: fast, with the exact gradient of every piece near the largest (a peak, a pole, an instant), since the largest
+of several is not smooth. `exact` decides: another algorithm, a certified bracket where there is one, and `method` says
+which. A value that does not exist (an unstable loop) is infinite and carries its sentence in `reason`.
+
+The rooms: goal_poles (decay, damping, radius), goal_gain (H∞ of a channel), goal_loop (sensitivity, rejection, loop
+gain), goal_margin (disk and delay margins), goal_sector (passivity, conic sectors), goal_variance (H2, rms),
+goal_spectrum (PSD mask), goal_time (overshoot, step rejection), goal_tracking (against a reference model).
+"""
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+
+from workbench.errors import InputError
+from workbench.result import Result, Row
+
+if TYPE_CHECKING:
+    from workbench.control.structure.block import Controller
+
+NEAR = 0.01  # pieces within 1 % of the largest go to the optimiser with it
+FULL_BAND = (0.0, math.inf)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class Value(Result):
+    """A goal's measure for one controller: up to 1 the goal is met, all of its bracket where `upper` differs.
+
+    `gradients` holds the near-active pieces (value, gradient with respect to the controller's A, B, C, D), the largest
+    first; empty where `value` is infinite and in answers of `exact`. `upper` is a certified upper bound where the
+    method gives one, otherwise `value` itself.
+    """
+
+    value: float
+    gradients: tuple[tuple[float, "Controller"], ...] = ()
+    frequency: float | None = None  # [rad/s] where it binds; natural frequency of a binding pole
+    time: float | None = None  # [s] where it binds, for goals in the time domain
+    channel: str = ""  # which input, output or pole binds
+    reason: str = ""  # why the value is infinite or says nothing
+    method: str = ""
+    upper: float = math.nan  # set to `value` if left out
+
+    def __post_init__(self) -> None:
+        if math.isnan(self.upper):
+            object.__setattr__(self, "upper", self.value)
+
+    def rows(self) -> list[Row]:
+        """Value, where it binds, how it was found."""
+        shown: list[Row] = [("value", self.value, ""), ("upper bound", self.upper, "")]
+        shown += [("frequency", self.frequency, "rad/s")] if self.frequency is not None else []
+        shown += [("time", self.time, "s")] if self.time is not None else []
+        return shown + [(k, v, "") for k, v in (("channel", self.channel), ("reason", self.reason)) if v]
+
+
+def infinite(reason: str, *, method: str = "") -> Value:
+    """The value of a goal that has none for this controller, and why."""
+    return Value(value=math.inf, reason=reason, method=method)
+
+
+class Measure(Protocol):
+    """One way to put a number on a controller, and a second one."""
+
+    def evaluate(self, K: "Controller") -> Value: ...
+
+    def exact(self, K: "Controller") -> Value: ...
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Goal:
+    """What all goals have in common.
+
+    Parameters
+    ----------
+    name : str
+        Shown in results; the kind and its signals if left out.
+    hard : bool
+        A hard goal must be at most 1; the largest soft one is minimised.
+    models : names, optional
+        The models it holds for; all if left out.
+    openings : names of points
+        Loops open while this goal is measured.
+    focus : (low, high) [rad/s]
+        The band it looks at; everything if left out.
+    """
+
+    name: str = ""
+    hard: bool = False
+    models: tuple[str, ...] | None = None
+    openings: tuple[str, ...] = ()
+    focus: tuple[float, float] = FULL_BAND
+
+    def __post_init__(self) -> None:
+        for key in ("models", "openings"):
+            value = getattr(self, key)
+            if value is not None:
+                object.__setattr__(self, key, names(key, value))
+        band = tuple(float(end) for end in self.focus)
+        if len(band) != 2 or not 0 <= band[0] < band[1]:
+            raise InputError(
+                f"focus must be (low, high) in rad/s with 0 ≤ low < high; got {self.focus!r}. Swap the ends."
+            )
+        object.__setattr__(self, "focus", band)
+        if not self.name:
+            object.__setattr__(self, "name", " ".join([type(self).__name__, *self._signals()]))
+
+    def _signals(self) -> list[str]:
+        """Names that tell this goal from another of its kind."""
+        found = []
+        for key in ("inputs", "outputs", "points"):
+            value = getattr(self, key, ())
+            if value:
+                found.append(", ".join(value))
+        return [" → ".join(found)] if found else []
+
+    def holds_for(self, model: str) -> bool:
+        """Whether a model is among those this goal speaks of."""
+        return self.models is None or model in self.models
+
+    def bind(self, loop: Any) -> "Bound":
+        """The goal measured on one loop; every kind defines it."""
+        raise TypeError(f"{type(self).__name__} must define bind()")  # a defect of ours, not of the input
+
+
+@dataclass(frozen=True, slots=True)
+class Bound:
+    """A goal on one loop."""
+
+    goal: Goal
+    measure: Measure
+
+    def evaluate(self, K: "Controller") -> Value:
+        """Value and gradients of the near-active pieces, fast."""
+        return self.measure.evaluate(K)
+
+    def exact(self, K: "Controller") -> Value:
+        """The value by another algorithm; no gradients."""
+        return self.measure.exact(K)
+
+
+@dataclass(frozen=True, slots=True)
+class Largest:
+    """The largest of several measures."""
+
+    measures: tuple[Measure, ...]
+
+    def evaluate(self, K: "Controller") -> Value:
+        found = [measure.evaluate(K) for measure in self.measures]
+        worst = largest(found)
+        if not math.isfinite(worst.value):
+            return worst
+        pieces = near(piece for value in found for piece in value.gradients)
+        return Value(
+            value=worst.value, gradients=pieces, frequency=worst.frequency, time=worst.time, channel=worst.channel,
+            reason=worst.reason, method=worst.method,
+        )  # fmt: skip
+
+    def exact(self, K: "Controller") -> Value:
+        found = [measure.exact(K) for measure in self.measures]
+        worst = largest(found)
+        highest = max(found, key=lambda value: value.upper)  # another than the worst if it could not be judged
+        said = highest if math.isinf(highest.upper) else worst
+        return Value(
+            value=worst.value, frequency=worst.frequency, time=worst.time, channel=worst.channel,
+            reason=said.reason, method=said.method, upper=highest.upper,
+        )  # fmt: skip
+
+
+def largest(values: Sequence[Value]) -> Value:
+    """The value that binds."""
+    return max(values, key=lambda value: value.value)
+
+
+def near(pieces: Iterable[tuple[float, "Controller"]]) -> tuple[tuple[float, "Controller"], ...]:
+    """The pieces within `NEAR` of the largest, the largest first."""
+    ordered = sorted(pieces, key=lambda piece: -piece[0])
+    if not ordered:
+        return ()
+    floor = ordered[0][0] - NEAR * max(abs(ordered[0][0]), NEAR)
+    return tuple(piece for piece in ordered if piece[0] >= floor)
+
+
+def names(what: str, value: Iterable[str] | str) -> tuple[str, ...]:
+    """A tuple of names from a name or several."""
+    found = (value,) if isinstance(value, str) else tuple(value)
+    if not all(isinstance(name, str) and name for name in found):
+        raise InputError(f"{what} must be names of signals; got {value!r}. Give a name or a tuple of names.")
+    return found
+
+
+def some_names(what: str, value: Iterable[str] | str) -> tuple[str, ...]:
+    """At least one name."""
+    found = names(what, value)
+    if not found:
+        raise InputError(f"{what} must name at least one signal; got none. Name the signals the goal looks at.")
+    return found
+
+
+def positive(what: str, value: float, unit: str = "") -> float:
+    """A positive finite number."""
+    number = float(value)
+    if not (math.isfinite(number) and number > 0):
+        raise InputError(f"{what} must be positive and finite; got {value!r} {unit}".rstrip() + ". Give a size.")
+    return number
+
+
+def stability_reason(poles: np.ndarray, sample_time: float | None, *, in_w_plane: bool = False) -> str:
+    """Empty for a stable loop, else the sentence that names the pole furthest out.
+
+    Sampled poles are given in z, or in w = (2/h)(z − 1)/(z + 1).
+    """
+    if len(poles) == 0:
+        return ""
+    if not np.isfinite(poles).all():
+        return "the closed loop has no finite poles; its matrices overflow."
+    left_half = sample_time is None or in_w_plane
+    out = poles.real if left_half else np.abs(poles) - 1
+    worst = int(np.argmax(out))
+    if out[worst] < 0:
+        return ""
+    pole, plane = complex(poles[worst]), "1/s"
+    if sample_time is not None:
+        plane = "in the z plane"
+        half = pole * sample_time / 2
+        pole = (1 + half) / (1 - half) if in_w_plane and half != 1 else pole
+    where = f"{pole.real:.4g} ± {abs(pole.imag):.4g}j {plane}"
+    return f"the closed loop is unstable: pole {where}; its measure does not exist."

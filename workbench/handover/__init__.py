@@ -1,0 +1,1 @@
+"""What leaves the house: gain tables with their proofs, code, reports."""

@@ -1,0 +1,249 @@
+"""The report of a design: one HTML file that needs nothing else, for screen, phone and paper.
+
+    Design (, trade-off, robustness) --> requirements, gains, roots, trade-off, spectra, Nyquist, robustness, provenance
+
+Figures are inline SVG with their numbers folded beneath; nothing is fetched, and the page forbids itself to try.
+"""
+
+from collections.abc import Mapping, Sequence
+from datetime import UTC, datetime
+from html import escape
+from pathlib import Path
+from typing import Any
+
+from workbench.control import GAIN_UNITS
+from workbench.design.design import Design
+from workbench.design.requirement import Verdict
+from workbench.design.tradeoff import TradeOff
+from workbench.errors import InputError
+from workbench.handover.report.figures import nyquist_figures, root_figures, spectrum_figures, trade_off_figures
+from workbench.handover.report.style import style_sheet, table_block
+from workbench.handover.table.table import GainTable
+from workbench.machine.writing import write_text
+from workbench.result import figure as digits
+
+UNSTABLE = "The loop is unstable under these gains: it has no stationary response, and no spectra or margins."
+UNFILTERED = "A gap's rate is taken without a filter: the loop has roots, but no responses, spectra or margins."
+
+
+def report_html(
+    design: Design,
+    *,
+    trade_off: TradeOff | None = None,
+    robustness: Mapping[str, Any] | None = None,
+    table: GainTable | None = None,
+    exposure: str = "1 h",
+    created: datetime | None = None,
+) -> str:
+    """The report's text.
+
+    Parameters
+    ----------
+    trade_off : `design.tradeoff.trade_off` of this problem, for its section
+    robustness : case to figures (mappings may nest), or name to value, for its section
+    table : the gain table of this design; its digest and versions are shown
+    exposure : of the comfort boundary of ISO 2631:1974, such as "1 h" or "2.5 h"
+    created : time shown; the table's, or now, if left out
+    """
+    if table is not None and table.to_gains() != design.gains:
+        raise InputError("the gain table must hold the design's gains; it holds others. Make both from one design.")
+    when = table.created if table and created is None else (created or datetime.now(UTC)).strftime("%Y-%m-%dT%H:%M:%SZ")
+    responds = design.analysis.cost is not None
+    why_not = UNFILTERED if design.analysis.stable else UNSTABLE
+    sections = [
+        ("Requirements", _requirements(design.requirements)),
+        ("Gains", _gains(design)),
+        ("Roots", _figures(root_figures(design))),
+        ("Trade-off", _figures(trade_off_figures(design, trade_off))),
+        ("Ride, strokes and currents", _ride(design) if responds else f"<p>{why_not}</p>"),
+        ("Spectra", _figures(spectrum_figures(design, exposure)) if responds else ""),
+        ("Loops", _figures(nyquist_figures(design)) if responds else ""),
+        ("Robustness", _robustness(robustness or {})),
+        ("Provenance", _provenance(design, table)),
+    ]
+    body = "".join(f"<section><h2>{title}</h2>{content}</section>" for title, content in sections if content)
+    title = escape(design.problem.title)
+    return (
+        '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">'
+        "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'\">"
+        f"<title>{title}</title><style>{style_sheet()}</style></head><body>"
+        f"<header>{_header(design, title, when)}</header><main>{body}</main></body></html>\n"
+    )
+
+
+def write_report(
+    design: Design,
+    path: Path,
+    *,
+    trade_off: TradeOff | None = None,
+    robustness: Mapping[str, Any] | None = None,
+    table: GainTable | None = None,
+    exposure: str = "1 h",
+) -> None:
+    """Writes `report_html` to a file."""
+    write_text(path, report_html(design, trade_off=trade_off, robustness=robustness, table=table, exposure=exposure))
+
+
+def _figures(blocks: Sequence[str]) -> str:
+    return f'<div class="figures">{"".join(blocks)}</div>' if blocks else ""
+
+
+def _header(design: Design, title: str, when: str) -> str:
+    a, met = design.analysis, [v.met for v in design.requirements]
+    if all(met):
+        verdict = (
+            f'<span class="verdict met">✓ all {len(met)} requirements met</span>'
+            if met
+            else '<span class="verdict">no requirements</span>'
+        )
+    else:
+        verdict = f'<span class="verdict missed">✗ {met.count(False)} of {len(met)} requirements missed</span>'
+    peaks = [p.upper for p in a.peak_sensitivity.values() if p is not None]
+    gaps = [v for v in a.rms["gap"].values() if v is not None]
+    tiles = [
+        ("ride cost J", digits(a.cost), "10⁻⁴ g²"),
+        ("smallest damping ratio", digits(a.damping), ""),
+        ("slowest decay", digits(a.decay), "1/s"),
+        ("peak sensitivity", digits(max(peaks) if peaks else None), ""),
+        ("largest rms gap change", digits(1e3 * max(gaps) if gaps else None), "mm"),
+        ("sum of mean square currents", digits(a.sum_alpha_squared), ""),
+    ]
+    cells = "".join(
+        f'<div class="tile">{escape(n)}<b>{escape(v)} <small>{escape(u)}</small></b></div>' for n, v, u in tiles
+    )
+    name = f'<p class="quiet">{escape(design.problem.name)} · {escape(when)}</p>'
+    return f'{name}<h1>{title}</h1><p>{verdict}</p><div class="tiles">{cells}</div>'
+
+
+def _requirements(verdicts: Sequence[Verdict]) -> str:
+    if not verdicts:
+        return "<p>This problem asks for nothing.</p>"
+    rows = "".join(_requirement_row(v) for v in verdicts)
+    columns = ("requirement", "asked", "found", "used", "", "where it is tightest")
+    head = "".join(f'<th scope="col"{" class=text" if c.startswith("where") else ""}>{c}</th>' for c in columns)
+    return f'<div class="wide"><table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table></div>'
+
+
+def _requirement_row(v: Verdict) -> str:
+    unit, factor = ("mm", 1e3) if v.unit == "m" else ("" if v.unit == "1" else v.unit, 1.0)
+    used = None
+    if v.value is not None:
+        used = v.value / v.limit if v.sense == "<=" else v.limit / v.value if v.value > 0 else None
+    word, kind = ("met", "met") if v.met else ("missed", "missed")
+    bar = (
+        ""
+        if used is None
+        else f'<span class="bar {kind}"><i style="width:{min(100.0, 100 * used):.0f}%"></i></span> {100 * used:.0f} %'
+    )
+    sense = "≤" if v.sense == "<=" else "≥"
+    found = "–" if v.value is None else digits(factor * v.value)
+    return (
+        f'<tr><th scope="row">{escape(v.name)}</th><td>{sense} {factor * v.limit:g} {escape(unit)}</td>'
+        f'<td>{found} {escape(unit)}</td><td>{bar}</td><td class="{kind}">{word}</td>'
+        f'<td class="text">{escape(v.where)}</td></tr>'
+    )
+
+
+def _gains(design: Design) -> str:
+    problem, values = design.problem, design.gains.as_dict()
+    rows = []
+    for name, unit in GAIN_UNITS.items():
+        low_high = problem.bounds.get(name)
+        chosen = "fixed" if low_high is None else f"{low_high[0]:g} … {low_high[1]:g}"
+        rows.append([name, repr(values[name]), unit, chosen])
+    references = problem.law.references
+    fixed = [n for n in references if n in problem.fixed and problem.free]
+    note = "One direction" if len(references) == 1 else "Two directions"
+    note += " of the seventeen that change nothing: " + (f"removed by fixing {', '.join(fixed)}." if fixed else "kept.")
+    sampled = f" Digital form: Tustin's rule at {1e3 * problem.sample_time:g} ms."
+    return (
+        table_block(["gain", "value", "unit", "chosen within"], rows) + f'<p class="quiet">{escape(note + sampled)}</p>'
+    )
+
+
+def _ride(design: Design) -> str:
+    a = design.analysis
+    quantities = {
+        "vertical acceleration": ("acceleration_z", "mm/s²"), "vertical, Wk-weighted": ("weighted_z", "mm/s²"),
+        "lateral acceleration": ("acceleration_y", "mm/s²"), "lateral, Wd-weighted": ("weighted_y", "mm/s²"),
+        "gap change": ("gap", "mm"), "lateral gap change": ("gap_lateral", "mm"),
+        "control current": ("current", "10⁻³"),
+    }  # fmt: skip
+    places = list(dict.fromkeys(place for q, _ in quantities.values() for place in a.rms.get(q, {})))
+    rows = []
+    for label, (quantity, unit) in quantities.items():
+        values = [a.rms.get(quantity, {}).get(place) for place in places]
+        if any(v is not None for v in values):
+            rows.append([label, *(digits(None if v is None else 1e3 * v) for v in values), unit])
+    power = [
+        [f"control power, {name.replace('_', ' ')}", "–" if value is None else f"{value:,.0f}", "W"]
+        for name, value in a.control_power_w.items()
+    ]
+    motor = [] if a.motor is None else [[name, digits(value), unit] for name, value, unit in a.motor.rows()]
+    tables = [
+        (["rms of", *places, "unit"], rows),
+        (["mean", "value", "unit"], power),
+        (["motor", "value", "unit"], motor),
+    ]
+    return "".join(table_block(columns, cells) for columns, cells in tables if cells)
+
+
+def _robustness(cases: Mapping[str, Any]) -> str:
+    """Cases as rows where they are mappings; single values as name and value."""
+    whole = {name: flat for name, figures in cases.items() if (flat := _flat(figures))}
+    listed = {
+        str(item.get("name", k + 1)): _flat(item)
+        for v in cases.values()
+        if isinstance(v, list | tuple)
+        for k, item in enumerate(v)
+        if isinstance(item, Mapping)
+    }
+    out = ""
+    for group in (whole, listed):
+        columns = list(dict.fromkeys(key for flat in group.values() for key in flat if key != "name"))
+        rows = [[name, *(digits(flat.get(c)) for c in columns)] for name, flat in group.items()]
+        out += table_block(["case", *columns], rows) if rows else ""
+    single = [[str(n), digits(v)] for n, v in cases.items() if not isinstance(v, Mapping | list | tuple)]
+    return out + (table_block(["figure", "value"], single) if single else "")
+
+
+def _flat(figures: Any, before: str = "") -> dict[str, Any]:
+    """A nested mapping as one level: "peak sensitivity, heave pitch" to value."""
+    out: dict[str, Any] = {}
+    for key, value in figures.items() if isinstance(figures, Mapping) else ():
+        name = f"{before}, {key}" if before else str(key)
+        out |= _flat(value, name) if isinstance(value, Mapping) else {name.replace("_", " "): value}
+    return out
+
+
+def _provenance(design: Design, table: GainTable | None) -> str:
+    problem = design.problem
+    rows = [
+        ["problem", problem.name],
+        ["problem data, SHA-256", problem.data_sha256],
+        ["solver", design.solver],
+        ["seed", str(design.seed)],
+    ]
+    if table is not None:
+        rows += [
+            ["gain table, SHA-256", table.digest],
+            *([name, version] for name, version in table.versions.model_dump().items()),
+        ]
+    facts = "".join(f'<tr><th scope="row">{escape(n)}</th><td class="text mono">{escape(v)}</td></tr>' for n, v in rows)
+    sources = "".join(
+        f'<tr><th scope="row">{escape(n)}</th><td class="text">{escape(v)}</td></tr>'
+        for n, v in problem.sources.items()
+    )
+    starts = [
+        [str(s.number), digits(s.cost), digits(s.violation), str(s.evaluations), s.message] for s in design.starts
+    ]
+    table_of_starts = (
+        table_block(["start", "cost J", "violation", "evaluations", "how it ended"], starts) if starts else ""
+    )
+    return (
+        f'<div class="wide"><table><tbody>{facts}</tbody></table></div>'
+        f"<p>At their limits: {escape(', '.join(design.binding) or 'none')}.</p>{table_of_starts}"
+        "<details><summary>Where the numbers come from</summary>"
+        f'<div class="wide"><table><tbody>{sources}</tbody></table></div></details>'
+    )

@@ -1,7 +1,0 @@
-"""Plant and control law together: closed loop as a Plant, polynomial matrices, reduced models."""
-
-from workbench.loop.closed import ClosedLoop, close
-from workbench.loop.group import GROUPS, Group, group
-from workbench.loop.subject import SUBJECTS, Subject, subject
-
-__all__ = ["GROUPS", "SUBJECTS", "ClosedLoop", "Group", "Subject", "close", "group", "subject"]

@@ -1,0 +1,79 @@
+"""Frequencies at which one transfer function does something: it is real, or its real part passes a level.
+
+    T(s) --even or odd part--> eigenvalue problem --> frequencies near every crossing --sign changes--> the crossings
+
+On the axis T(−jω) is the conjugate of T(jω), so 2j Im T = T(s) − T(−s) and 2 Re T = T(s) + T(−s), and their zeros are
+eigenvalues. These only say where to look; the response itself decides.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from workbench.lti.realisation import responder
+
+
+class ScalarResponse:
+    """T(jω) of one channel, and its even and odd parts as systems whose zeros are wanted."""
+
+    def __init__(self, A, b, c, d) -> None:
+        self.A, self.b, self.c, self.d = A, b, c, float(d[0, 0])
+        self._response = responder(A, b, c, d)
+
+    def __call__(self, omega: np.ndarray) -> np.ndarray:
+        return self._response(omega)[:, 0, 0]
+
+    def zeros(self, sign: int, level: float) -> np.ndarray:
+        """Angular frequencies |Im s| of all zeros s of T(s) + sign T(−s) − level."""
+        n = len(self.A)
+        A = np.block([[self.A, np.zeros((n, n))], [np.zeros((n, n)), -self.A]])
+        b = np.vstack([self.b, self.b])
+        c = np.hstack([self.c, -sign * self.c])
+        return np.abs(_zeros(A, b, c, self.d * (1 + sign) - level).imag)
+
+
+def _zeros(A: np.ndarray, b: np.ndarray, c: np.ndarray, d: float) -> np.ndarray:
+    """The finite zeros of d + c (sI − A)⁻¹ b, and possibly some at large s that stand for infinite ones."""
+    from scipy.linalg import eigvals
+
+    if len(A) == 0:
+        return np.zeros(0, dtype=complex)
+    size = float(np.linalg.norm(A))
+    drive, view = float(np.linalg.norm(b)), float(np.linalg.norm(c))
+    if size * drive * view == 0:
+        return np.zeros(0, dtype=complex)
+    if abs(d) * size > 1e-3 * drive * view:  # dividing by d then costs at most three digits
+        return eigvals(A - b @ c / d)
+    b, c, d = b / drive * size, c / view * size, d / drive / view * size**2  # border of the size of A
+    M = np.block([[A, b], [c, np.array([[d]])]])
+    values = eigvals(M, np.diag(np.r_[np.ones(len(A)), 0.0]))
+    return values[np.isfinite(values)]
+
+
+def sign_changes(function: Callable[[np.ndarray], np.ndarray], near: np.ndarray) -> list[float]:
+    """Positive frequencies where a real function changes sign, given points of which one is near each of them.
+
+    The function is asked at the geometric means of neighbouring points and outside all of them, so that two sign
+    changes share an interval only if they belong to points that coincide.
+    """
+    from scipy.optimize import brentq
+
+    def one(omega: float) -> float:
+        return float(function(np.array([omega]))[0])
+
+    near = np.unique(near[(near > 0) & np.isfinite(near)])
+    if len(near) == 0:
+        return []
+    asked = np.concatenate([[near[0] / 10], np.sqrt(near[1:] * near[:-1]), [near[-1] * 10]])
+    signs = np.sign(function(asked))
+    found = []
+    for low, high, left, right in zip(asked, asked[1:], signs, signs[1:], strict=False):
+        if left * right < 0:
+            ends = one(low), one(high)
+            if ends[0] * ends[1] < 0:
+                found.append(float(brentq(one, low, high, xtol=1e-300, rtol=1e-14)))
+            else:  # asked alone, an end rounds to zero or to the other sign: that is where the function changes it
+                found.append(float(low if abs(ends[0]) < abs(ends[1]) else high))
+        elif left == 0:
+            found.append(float(low))
+    return found

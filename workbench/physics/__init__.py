@@ -1,0 +1,1 @@
+"""What makes models: coils, forces, the linear motor, guideways, vehicles, propulsion. It knows nothing of control."""

@@ -1,0 +1,1 @@
+"""Optimisation that knows no control: nonsmooth descent, its directions and memory, semidefinite programmes."""

@@ -1,0 +1,169 @@
+"""The peak sensitivity of a group without a frequency grid: an upper bound proved, a lower bound proved.
+
+    S = N/p, rational   --minors of N--> |minors|² as polynomials in x = ω²
+      --> F(γ, x) = Σ_k (−1)^k γ^{2(m−k)} Σ |k × k minors|² p^…  = |p|² det(γ² I − S*S)   --Sturm--> roots in x ≥ 0
+
+The entries come from characteristic polynomials, c adj(sI − A) b = det(sI − A + b c) − det(sI − A); minors of S of
+order k are minors of N over p^k, and p^{k−1} divides them. If F(γ, ·) has no root x ≥ 0 and S(∞) = I < γ, then no
+singular value ever meets γ: it bounds the peak. If it has one, some singular value equals γ there: the peak is at least
+γ. Patterns of unequal length d enter as d_i/d_j on |entry ij|².
+"""
+
+from collections.abc import Sequence
+from itertools import combinations, pairwise
+
+from flint import fmpq, fmpq_poly
+
+from workbench.verify.exact.deadline import check
+from workbench.verify.exact.failure import NotProved
+from workbench.verify.exact.system import System, part
+
+WIDTH = fmpq(1, 10**9)  # relative; of the bracket a table promises
+
+
+class Peak:
+    """The largest singular value of S over all frequencies, tested level by level."""
+
+    def __init__(self, seen: System, lengths: Sequence[fmpq]) -> None:
+        """seen: the sensitivity between pattern commands, stable; lengths: squared lengths of the patterns."""
+        self._terms = squared_minors(seen, lengths)
+        ends = [term.coeffs()[-1] if term.degree() == self._terms[0].degree() else fmpq(0) for term in self._terms]
+        self._at_infinity = [end / ends[0] for end in ends]
+
+    def polynomial(self, level: fmpq) -> fmpq_poly:
+        """F(γ, x), positive for all x ≥ 0 if γ is above the peak."""
+        square, out = level * level, fmpq_poly([0])
+        for term in self._terms:
+            out = out * square + term
+        return out
+
+    def below(self, level: fmpq) -> bool:
+        """Whether the peak is proved to lie below a level; if not, it is proved to be at least that."""
+        return self._below_at_infinity(level) and roots_from_zero(self.polynomial(level)) == 0
+
+    def _below_at_infinity(self, level: fmpq) -> bool:
+        """Whether every singular value of S(∞) lies below the level: the polynomial in γ² has no root from there on."""
+        m = len(self._at_infinity) - 1
+        shifted = fmpq_poly([0])
+        variable = fmpq_poly([level * level, 1])
+        for share in self._at_infinity:
+            shifted = shifted * variable + share
+        return shifted.degree() == m and roots_from_zero(shifted) == 0
+
+    def enclosure(self, guess: fmpq, width: fmpq = WIDTH) -> tuple[fmpq, fmpq]:
+        """(low, high) with low ≤ peak < high, high ≤ (1 + width) low, searched from a guess."""
+        low, high = guess, guess
+        step = width / 2
+        while not self.below(high):
+            low, high = high, high * (1 + step)
+            step *= 4
+            if step > 10**6:
+                raise NotProved("no level was found that the sensitivity stays below")
+        step = width / 2
+        while low == high or self.below(low):
+            high = min(high, low)
+            low = low * (1 - min(step, fmpq(1, 2)))
+            step *= 4
+        while high > (1 + width) * low:
+            middle = rounded((low + high) / 2)
+            low, high = (low, middle) if self.below(middle) else (middle, high)
+        return low, high
+
+
+def squared_minors(seen: System, lengths: Sequence[fmpq]) -> list[fmpq_poly]:
+    """Coefficients of (−1)^k γ^{2(m−k)} in F, as polynomials in x = ω²: |p|², then sums of |minors of order k|²."""
+    m, p = len(lengths), seen.A.charpoly()
+    N = numerators(seen, p)
+    out = [_square(p)]
+    for k in range(1, m + 1):
+        total = fmpq_poly([0])
+        for rows in combinations(range(m), k):
+            check()
+            for columns in combinations(range(m), k):
+                weight = fmpq(1)
+                for i, j in zip(rows, columns, strict=True):
+                    weight *= lengths[i] / lengths[j]
+                total += _square(_minor(N, p, rows, columns)) * weight
+        out.append(-total if k % 2 else total)
+    return out
+
+
+def numerators(seen: System, p: fmpq_poly) -> list[list[fmpq_poly]]:
+    """N_ij with S_ij = N_ij/p."""
+    x, m = range(len(seen.states)), range(seen.D.nrows())
+    columns = [part(seen.B, x, [j]) for j in range(seen.D.ncols())]
+    rows = [part(seen.C, [i], x) for i in m]
+    return [
+        [(seen.A - column * row).charpoly() - p + p * seen.D[i, j] for j, column in enumerate(columns)]
+        for i, row in enumerate(rows)
+    ]
+
+
+def principal_minor(N: list[list[fmpq_poly]], p: fmpq_poly, which: Sequence[int]) -> fmpq_poly:
+    """p times a principal minor of S."""
+    return _minor(N, p, which, which)
+
+
+def _minor(N, p: fmpq_poly, rows: Sequence[int], columns: Sequence[int]) -> fmpq_poly:
+    """det N[rows, columns] / p^(k − 1), which is a polynomial."""
+    minor = _determinant([[N[i][j] for j in columns] for i in rows])
+    for _ in rows[1:]:
+        minor, left = divmod(minor, p)
+        if left != 0:
+            raise NotProved("a minor of the sensitivity is not what its realisation says")  # cannot be; checked anyway
+    return minor
+
+
+def _determinant(entries: list[list[fmpq_poly]]) -> fmpq_poly:
+    if len(entries) == 1:
+        return entries[0][0]
+    total = fmpq_poly([0])
+    for j, entry in enumerate(entries[0]):
+        smaller = _determinant([row[:j] + row[j + 1 :] for row in entries[1:]])
+        total += -entry * smaller if j % 2 else entry * smaller
+    return total
+
+
+def _square(p: fmpq_poly) -> fmpq_poly:
+    """|p(jω)|² in x = ω²."""
+    even = fmpq_poly([c * (-1) ** k for k, c in enumerate(p.coeffs()[0::2])])
+    odd = fmpq_poly([c * (-1) ** k for k, c in enumerate(p.coeffs()[1::2])])
+    return even * even + fmpq_poly([0, 1]) * odd * odd
+
+
+def real_and_imaginary(p: fmpq_poly) -> tuple[fmpq_poly, fmpq_poly]:
+    """Re p(jω) in x = ω², and Im p(jω)/ω."""
+    even = fmpq_poly([c * (-1) ** k for k, c in enumerate(p.coeffs()[0::2])])
+    return even, fmpq_poly([c * (-1) ** k for k, c in enumerate(p.coeffs()[1::2])])
+
+
+def roots_from_zero(p: fmpq_poly) -> int:
+    """How many distinct real roots lie in [0, ∞), by Sturm's theorem; 1 at least for the zero polynomial."""
+    if p == 0:
+        return 1
+    if p[0] == 0:
+        return 1
+    chain = [p.numer(), p.derivative().numer()]
+    if chain[1].degree() < 0:
+        return 0
+    while chain[-1].degree() > 0:
+        check()
+        a, b = fmpq_poly(chain[-2]), fmpq_poly(chain[-1])
+        rest = -(a % b)
+        if rest == 0:
+            break
+        rest = rest.numer()
+        content = rest.content()
+        chain.append(rest // content if content > 1 else rest)
+    return _changes([q[0] for q in chain]) - _changes([q.leading_coefficient() for q in chain])
+
+
+def _changes(values) -> int:
+    signs = [v > 0 for v in values if v != 0]
+    return sum(a != b for a, b in pairwise(signs))
+
+
+def rounded(value: fmpq) -> fmpq:
+    """A nearby rational with a short denominator, so that levels do not grow longer with every step."""
+    scale = fmpq(2) ** 60
+    return fmpq(int((value * scale).floor()), 1) / scale

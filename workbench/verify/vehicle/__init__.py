@@ -1,0 +1,1 @@
+"""The twin of the vehicle: law, loops, physics and promises of its tables, derived a second time."""
