@@ -12,13 +12,13 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-import casadi as ca
 import numpy as np
 
 from workbench.analysis.setting import Setting
 from workbench.design.problem import Problem
 from workbench.errors import InputError
 from workbench.machine.budget import heed
+from workbench.physics.forces.law import ForceLaw
 from workbench.result import Result, Row
 
 DECIMALS = 10  # significant digits of a coefficient that a proof starts from
@@ -134,28 +134,17 @@ def speed_family(
 # ---- forces of a coil set
 
 
-def force_numbers(law: Any) -> dict[str, float]:
-    """What a proof over speeds needs of a force law (anything with `forces` and `drag_ratio` of `forces.law`).
+def force_numbers(law: ForceLaw) -> dict[str, float]:
+    """What a proof over speeds needs of a force law.
 
     Numbers: "lift,k", "lateral,k", "moment,k" with k = 0 the force at rest [N, N, N m] and k = 1 … 4 its derivatives by
     gap, lateral gap [1/m], roll [1/rad] and current ratio [1]; "drag_ratio", K_1 = f_D/f_L, and "lift_to_drag" = 1/K_1,
     which is the smoother of the two. The plant is affine in each force and in K_1; times lift_to_drag, it is a
     polynomial of the speed without K_1.
     """
-    table = _first_order(law)
+    table = np.hstack(law.tangent(np.zeros((3, 1)), np.zeros(1)))
     out = {f"{kind},{k}": float(x) for kind, row in zip(FORCES, table, strict=True) for k, x in enumerate(row)}
     return {**out, "drag_ratio": float(law.drag_ratio), "lift_to_drag": 1 / float(law.drag_ratio)}
-
-
-def _first_order(law: Any) -> np.ndarray:
-    """(3, 5) forces at rest and their derivatives by gap, lateral gap, roll, current; compiled where the law has it."""
-    if hasattr(law, "forces_and_slopes"):
-        values, slopes = law.forces_and_slopes(0.0, 0.0, 0.0, 0.0)
-        return np.column_stack([values, slopes])
-    deviation = ca.SX.sym("deviation", 4)
-    forces = ca.vertcat(*law.forces(*ca.vertsplit(deviation)))
-    at = ca.Function("at", [deviation], [forces, ca.densify(ca.jacobian(forces, deviation))])
-    return np.hstack([part.full() for part in at(np.zeros(4))])
 
 
 # ---- plants at any speed

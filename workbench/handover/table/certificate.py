@@ -84,20 +84,13 @@ def _guideway(setting) -> dict[str, Any] | None:
 
 def _physics(problem) -> dict[str, Any] | None:
     """The vehicle behind the plant, if it rests in its nominal pose and the checker rebuilds this plant from it."""
-    from workbench.physics.forces.law import FirstOrderLaw
     from workbench.physics.vehicle import Vehicle
-    from workbench.physics.vehicle.assembly import tangent
 
     vehicle = problem.vehicle
     if not isinstance(vehicle, Vehicle):
         return None
     law, extras = vehicle.force_law, vehicle.extras
-    if isinstance(law, FirstOrderLaw):
-        rows = [law.lift, law.lateral, law.moment]
-    else:
-        values, slopes = tangent(law, np.zeros(3), 0.0)
-        rows = np.column_stack([np.ravel(values), slopes])
-    lift, lateral, moment = _decimals(rows)
+    lift, lateral, moment = _decimals(np.hstack(law.tangent(np.zeros((3, 1)), np.zeros(1))))
     document: dict[str, Any] = {
         "mass_kg": _decimal(vehicle.mass),
         "roll_inertia_kg_m2": _decimal(vehicle.roll_inertia),

@@ -18,6 +18,7 @@ from workbench.errors import InputError
 from workbench.physics.coils.loop import Loop
 from workbench.physics.forces.elementwise import CASADI, elementwise
 from workbench.physics.forces.energy import CoilSet, clearance, energy_parts, pair_energy, placed_in_corner
+from workbench.physics.forces.law import Tangent
 
 TILTED_ORDER = 16  # Gauss points when pitch or yaw tilts the long sides: 3e-10 of M for 3 m at 0.4 m, 1e-5 with 8
 
@@ -89,6 +90,17 @@ class CornerLaw:
         """Drag [N] = drag_ratio (F_L + F_G), elementwise (report, A.1 (e))."""
         lift, lateral, _ = self.forces(gap_change, gap_lateral_change, roll, alpha)
         return self.drag_ratio * (lift + lateral)
+
+    @property
+    def affine(self) -> bool:
+        """False: forces fall exponentially with the gaps."""
+        return False
+
+    def tangent(self, deviation: np.ndarray, alpha: np.ndarray) -> Tangent:
+        """Forces (3, n) and slopes (3, 4n); see ForceLaw. Raises InputError where a coil would touch the guideway."""
+        each = [(*map(float, d), float(a)) for d, a in zip(deviation.T, alpha, strict=True)]
+        values = [self.forces(*pose) for pose in each]
+        return np.array(values).reshape(-1, 3).T, np.hstack([self._slopes(*pose) for pose in each])
 
     def stiffness(self, gap_change=0.0, gap_lateral_change=0.0, roll=0.0, alpha=0.0) -> np.ndarray:
         """(3, 3) derivatives of (F_L, F_G, L) by (h, h', φ) at one pose; symmetric."""

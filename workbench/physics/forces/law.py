@@ -11,13 +11,20 @@ alpha is control current over main-coil current. Drag of the set is drag_ratio (
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, Protocol, runtime_checkable
+
+import casadi as ca
+import numpy as np
 
 from workbench.errors import InputError
 
 REPORT_LIFT_RATIO = 0.8380  # f_L at 134 m/s over f_L at infinite speed (report, A.3)
 REPORT_LIFT_TO_DRAG = 61.505  # f_L / f_D at 134 m/s (report, A.3)
 REPORT_AMPERE_TURNS = 429.69e3  # of one main coil (report, A.3)
+
+
+Tangent = tuple[np.ndarray, np.ndarray]
 
 
 @runtime_checkable
@@ -42,6 +49,33 @@ class ForceLaw(Protocol):
             Control current over main-coil current [1].
         """
         ...
+
+    @property
+    def affine(self) -> bool:
+        """Whether the forces are linear in the deviations: one tangent is then as good as another."""
+        ...
+
+    def tangent(self, deviation: np.ndarray, alpha: np.ndarray) -> Tangent:
+        """Forces (3, n) of n coil sets and their slopes (3, 4n) by Δh, Δh', φ, α, set by set.
+
+        deviation : (3, n) Δh, Δh' [m], φ [rad];  alpha : (n,) [1]. `formula_tangent` answers for any law whose `forces`
+        take symbols.
+        """
+        ...
+
+
+def formula_tangent(law: ForceLaw, deviation: np.ndarray, alpha: np.ndarray) -> Tangent:
+    """`ForceLaw.tangent` of a law whose forces take symbols; law: hashable."""
+    slopes = _slopes(law)
+    each = [slopes(*map(float, d), float(a)) for d, a in zip(deviation.T, alpha, strict=True)]
+    return np.hstack([value.full() for value, _ in each]), np.hstack([slope.full() for _, slope in each])
+
+
+@lru_cache(maxsize=64)
+def _slopes(law: ForceLaw) -> ca.Function:
+    symbols = [ca.SX.sym(name) for name in ("gap", "gap_lateral", "roll", "alpha")]
+    forces = ca.vertcat(*law.forces(*symbols))
+    return ca.Function("slopes", symbols, [ca.densify(forces), ca.densify(ca.jacobian(forces, ca.vertcat(*symbols)))])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -73,6 +107,16 @@ class FirstOrderLaw:
         """F_L [N], F_G [N], L [N m], elementwise; see ForceLaw."""
         deviations = (gap_change, gap_lateral_change, roll, alpha)
         return tuple(row[0] + _inner(row[1:], deviations) for row in (self.lift, self.lateral, self.moment))
+
+    @property
+    def affine(self) -> bool:
+        """True: the coefficients are the slopes."""
+        return True
+
+    def tangent(self, deviation: np.ndarray, alpha: np.ndarray) -> Tangent:
+        """Forces (3, n) and slopes (3, 4n); see ForceLaw."""
+        table = np.array([self.lift, self.lateral, self.moment], float)
+        return table[:, :1] + table[:, 1:] @ np.vstack([deviation, alpha]), np.tile(table[:, 1:], len(alpha))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -119,6 +163,15 @@ class ExtendedLaw:
             + alpha * alpha * _inner(square, pose)
             for constant, linear, square in (self.lift, self.lateral, self.moment)
         )
+
+    @property
+    def affine(self) -> bool:
+        """False: deviations multiply one another."""
+        return False
+
+    def tangent(self, deviation: np.ndarray, alpha: np.ndarray) -> Tangent:
+        """Forces (3, n) and slopes (3, 4n); see ForceLaw."""
+        return formula_tangent(self, deviation, alpha)
 
     def first_order(self) -> FirstOrderLaw:
         """The same law without products of deviations."""

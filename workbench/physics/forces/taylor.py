@@ -18,7 +18,7 @@ import numpy as np
 from workbench.errors import InputError
 from workbench.physics.forces.corner import CornerLaw, energy_function
 from workbench.physics.forces.energy import CoilSet
-from workbench.physics.forces.law import ExtendedLaw, FirstOrderLaw, ForceLaw
+from workbench.physics.forces.law import ExtendedLaw, FirstOrderLaw, ForceLaw, Tangent, formula_tangent
 from workbench.result import Result, Row
 
 HIGHEST_ORDER = 5
@@ -75,6 +75,15 @@ class TaylorLaw:
                     total = total + powers[axis] * factor * _monomial(deviation, lowered)
             forces.append(total)
         return tuple(forces)
+
+    @property
+    def affine(self) -> bool:
+        """False: deviations multiply one another."""
+        return False
+
+    def tangent(self, deviation: np.ndarray, alpha: np.ndarray) -> Tangent:
+        """Forces (3, n) and slopes (3, 4n); see ForceLaw."""
+        return formula_tangent(self, deviation, alpha)
 
     def coefficient(self, axis: int, powers: tuple[int, int, int, int]) -> float:
         """Factor of Δh^i Δh'^j φ^k α^l in F_L (axis 0), F_G (1) or L (2)."""

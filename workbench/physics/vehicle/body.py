@@ -14,12 +14,10 @@ from functools import lru_cache
 import casadi as ca
 import numpy as np
 
-from workbench.physics.forces.law import FirstOrderLaw, ForceLaw
-from workbench.physics.vehicle.assembly import tangent
+from workbench.physics.forces.law import FirstOrderLaw
 from workbench.physics.vehicle.equations import equations
 from workbench.physics.vehicle.parameters import Extras, Vehicle
 from workbench.physics.vehicle.trim import Trim
-from workbench.physics.vehicle.variation import ScaledLaw
 
 STATES = 10  # pose and velocity
 LOADS = 5
@@ -90,35 +88,17 @@ def tangent_at(vehicle: Vehicle, pose, currents, irregularity=None, external=Non
     irregularity = np.zeros((3, n)) if irregularity is None else irregularity
     external = np.zeros(LOADS) if external is None else external
     strength = np.ones(n) if strength is None else strength
-    if _is_affine(vehicle.force_law):  # one tangent is as good as another
+    if vehicle.force_law.affine:  # one tangent is as good as another
         centre, current = np.zeros((3, n)), np.zeros(n)
     else:
         centre, current = _deviations(vehicle, pose, irregularity), currents
-    values, slopes = tangents(vehicle.force_law, centre, current)
+    values, slopes = vehicle.force_law.tangent(centre, current)
     given = np.concatenate([
         pose, np.zeros(5), currents, np.ravel(irregularity), external, np.zeros(2 * n), _numbers(vehicle),
         values.ravel("F"), slopes.ravel("F"), centre.ravel("F"), current, strength,
     ])  # fmt: skip
     out = _compiled(Structure.of(vehicle))[1](given).full()
     return Tangent(rate=out[:STATES, 0], slopes=out[:, 1:])
-
-
-def tangents(law: ForceLaw, deviation: np.ndarray, currents) -> tuple[np.ndarray, np.ndarray]:
-    """Forces (3, n) of the sets and their slopes (3, 4n) by Δh, Δh', φ, α, set by set, at deviations (3, n)."""
-    if isinstance(law, ScaledLaw):
-        scale = np.array([law.gap_force] * 3 + [law.current_force])
-        values, slopes = tangents(law.law, law.gap_force * deviation, law.current_force * np.asarray(currents))
-        return values, slopes * np.tile(scale, deviation.shape[1])
-    if isinstance(law, FirstOrderLaw):
-        table = np.array([law.lift, law.lateral, law.moment], float)
-        values = table[:, :1] + table[:, 1:] @ np.vstack([deviation, currents])
-        return values, np.tile(table[:, 1:], deviation.shape[1])
-    each = [tangent(law, d, float(a)) for d, a in zip(deviation.T, currents, strict=True)]
-    return np.column_stack([value for value, _ in each]), np.hstack([slope for _, slope in each])
-
-
-def _is_affine(law: ForceLaw) -> bool:
-    return isinstance(law, FirstOrderLaw) or (isinstance(law, ScaledLaw) and _is_affine(law.law))
 
 
 def held_by_moment(vehicle: Vehicle) -> Trim:

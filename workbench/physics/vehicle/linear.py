@@ -10,8 +10,7 @@ import numpy as np
 
 from workbench.lti import Plant
 from workbench.lti.signals import COORDINATES
-from workbench.physics.forces.law import FirstOrderLaw
-from workbench.physics.vehicle.body import held_by_moment, inertia, tangent_at, tangents
+from workbench.physics.vehicle.body import held_by_moment, inertia, tangent_at
 from workbench.physics.vehicle.equations import equations
 from workbench.physics.vehicle.parameters import Vehicle
 from workbench.physics.vehicle.trim import Trim
@@ -81,7 +80,7 @@ def assembled(at: Trim, state_space) -> Linearisation:
 def _state_space(at: Trim) -> tuple[np.ndarray, ...]:
     """A, B, C, D: by the compiled body, or by equations of the vehicle's own where a coil's stiffness varies."""
     vehicle = at.vehicle
-    if not vehicle.extras.coil_length or not at.pose.any() or isinstance(vehicle.force_law, FirstOrderLaw):
+    if not vehicle.extras.coil_length or not at.pose.any() or vehicle.force_law.affine:
         return tangent_at(vehicle, at.pose, at.currents, external=at.external).state_space
     m, n = equations(vehicle), vehicle.count
     state = ca.vertcat(m.pose, m.velocity)
@@ -98,7 +97,7 @@ def _state_space(at: Trim) -> tuple[np.ndarray, ...]:
 
 def current_forces(at: Trim) -> tuple[float, float, float]:
     """Derivatives of one coil set's lift [N], lateral force [N] and roll moment [N m] by α, at the nominal pose."""
-    _, slopes = tangents(at.vehicle.force_law, np.zeros((3, 1)), np.zeros(1))
+    _, slopes = at.vehicle.force_law.tangent(np.zeros((3, 1)), np.zeros(1))
     lift, lateral, moment = slopes[:, 3].tolist()
     return lift, lateral, moment
 

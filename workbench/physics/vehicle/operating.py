@@ -16,7 +16,6 @@ from workbench.errors import InfeasibleError, InputError
 from workbench.lti import Plant
 from workbench.lti.signals import COORDINATES, numbered
 from workbench.physics.forces.energy import CoilSet, clearance
-from workbench.physics.forces.law import FirstOrderLaw
 from workbench.physics.vehicle.body import STATES, deviations, held_by_moment, inertia, tangent_at
 from workbench.physics.vehicle.carried import check_carried
 from workbench.physics.vehicle.conditions import Conditions
@@ -245,9 +244,9 @@ def _directions(conditions: Conditions, vehicle: Vehicle, strength: np.ndarray) 
 
 
 def _linearised(point: OperatingPoint) -> Linearisation:
-    """Every set with the slopes of its own pose and strength; a first-order law as `linearise` takes it."""
+    """Every set with the slopes of its own pose and strength; an affine law as `linearise` takes it."""
     at = point.trim
-    if isinstance(at.vehicle.force_law, FirstOrderLaw) and not point.irregularity.any() and point.strength.all():
+    if at.vehicle.force_law.affine and not point.irregularity.any() and point.strength.all():
         return linearise(at.vehicle, at)
     here = tangent_at(at.vehicle, at.pose, at.currents, point.irregularity, at.external, point.strength)
     return assembled(at, here.state_space)

@@ -2,8 +2,10 @@
 
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from workbench.errors import InputError
-from workbench.physics.forces.law import ForceLaw
+from workbench.physics.forces.law import ForceLaw, Tangent
 from workbench.physics.vehicle.parameters import Vehicle
 
 
@@ -27,6 +29,17 @@ class ScaledLaw:
         """F_L, F_G [N] and L [N m] at scaled deviations; see ForceLaw."""
         g = self.gap_force
         return self.law.forces(g * gap_change, g * gap_lateral_change, g * roll, self.current_force * alpha)
+
+    @property
+    def affine(self) -> bool:
+        """As the law underneath."""
+        return self.law.affine
+
+    def tangent(self, deviation: np.ndarray, alpha: np.ndarray) -> Tangent:
+        """Forces (3, n) and slopes (3, 4n); see ForceLaw."""
+        scale = np.array([self.gap_force] * 3 + [self.current_force])
+        values, slopes = self.law.tangent(self.gap_force * deviation, self.current_force * np.asarray(alpha))
+        return values, slopes * np.tile(scale, deviation.shape[1])
 
 
 def varied(
