@@ -151,7 +151,7 @@ def test_a_parameter_given_for_a_number_brings_its_name_and_bounds():
         (lambda: low_pass("e", "u", tau=0.0), "tau must be positive"),
         (lambda: low_pass("e", "u", tau=Parameter("tau", 1, low=-1)), "its lower bound too"),
         (lambda: pid("e", "u", parts="PX"), "parts of a PID must be letters of 'PID'; got 'PX'"),
-        (lambda: gain(["y1", "y2"], "u", [1, 2, 3]), r"value and mask of shape \(1, 2\); got \(3,\)"),
+        (lambda: gain(["y1", "y2"], "u", [1, 2, 3]), r"value, mask and fixed of shape \(1, 2\); got \(3,\)"),
         (lambda: gain(["y1", "y2"], "u", [[1, 2]], mask=[[1, 0]]), "must start at zero where its mask forbids"),
         (lambda: transfer_function("e", "u", [1, 2, 3], [1, 2]), "no more numerator coefficients"),
         (lambda: state_space("y", "u", 0), "For order 0 take a gain"),

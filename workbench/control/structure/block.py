@@ -8,8 +8,10 @@ ones; `joined.Structure` joins several.
 """
 
 import math
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
+from typing import TypeAlias
 
 import casadi as ca
 import numpy as np
@@ -135,6 +137,23 @@ class Parameter:
             )
 
 
+Plain: TypeAlias = "bool | int | float | str | Sequence[Plain] | Mapping[str, Plain] | None"
+
+
+def plain(value) -> Plain:
+    """The value as plain lists, mappings and scalars, what JSON can hold; anything else is refused."""
+    match value:
+        case np.ndarray() | np.generic():
+            return plain(value.tolist())
+        case Mapping():
+            return {str(key): plain(inner) for key, inner in value.items()}
+        case list() | tuple():
+            return [plain(inner) for inner in value]
+        case None | bool() | int() | float() | str():
+            return value
+    raise InputError(f"an option must be a number, a text, a truth value or lists of them; got {value!r}.")
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Block:
     """A controller of one shape: named signals in and out, named parameters, a formula for (A, B, C, D).
@@ -151,6 +170,14 @@ class Block:
     idle : ((state, (parameter names)), ...)
         A state that nothing sees once the named parameters are all frozen at zero, and is dropped then: the integrator
         of a PID without Ki.
+    kind : str
+        Word for the shape of the block in files and tables; `registry.make_block` makes the formula again from it.
+    options : mapping of str to plain values (numbers, text, truth, lists and mappings of them)
+        What the formula depends on besides the parameters: the mask of a gain, the order of a state space. A block
+        sampled by Tustin's rule has "tustin_s", its sample time [s].
+    slots : names
+        What each parameter is called in the formula of its kind, whatever its own name; the parameters' names if left
+        out.
     """
 
     inputs: tuple[str, ...]
@@ -159,12 +186,17 @@ class Block:
     formula: ca.Function
     sample_time: float | None = None
     idle: tuple[tuple[int, tuple[str, ...]], ...] = ()
+    kind: str = ""
+    options: Mapping[str, Plain] = field(default_factory=dict)
+    slots: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         for kind in ("inputs", "outputs"):
             names = getattr(self, kind)
             object.__setattr__(self, kind, (names,) if isinstance(names, str) else tuple(names))
         object.__setattr__(self, "parameters", tuple(self.parameters))
+        object.__setattr__(self, "options", {key: plain(value) for key, value in self.options.items()})
+        object.__setattr__(self, "slots", tuple(self.slots) or tuple(p.name for p in self.parameters))
         self._check()
 
     def _check(self) -> None:
@@ -173,6 +205,8 @@ class Block:
             raise InputError(f"a block's parameters must have distinct names; got {names}. Rename the doubled one.")
         if self.sample_time is not None and not (math.isfinite(self.sample_time) and self.sample_time > 0):
             raise InputError(f"sample time must be positive [s]; got {self.sample_time!r}. Give None for continuous.")
+        if len(self.slots) != len(names):
+            raise InputError(f"a block must have a slot for each of its {len(names)} parameters; got {self.slots}.")
         nk, ny, nu = self.formula.size1_out(0), len(self.inputs), len(self.outputs)
         if len(set(self.outputs)) != nu or not nu or not ny:
             raise InputError(
@@ -215,12 +249,15 @@ class Block:
         for name in names:
             if name not in known:
                 raise unknown_name("parameter", name, known)
-        new = {p.name: names.get(p.name, p.name) for p in self.parameters}
-        return replace(
-            self,
-            parameters=tuple(replace(p, name=new[p.name]) for p in self.parameters),
-            idle=tuple((state, tuple(new[p] for p in group)) for state, group in self.idle),
-        )
+        return self.with_parameters([replace(p, name=names.get(p.name, p.name)) for p in self.parameters])
+
+    def with_parameters(self, parameters: Sequence[Parameter]) -> "Block":
+        """The same formula with other parameters in the places of its own, one for each."""
+        if len(parameters) != len(self.parameters):
+            raise InputError(f"a block must get its {len(self.parameters)} parameters; got {len(parameters)}.")
+        new = {old.name: given.name for old, given in zip(self.parameters, parameters, strict=True)}
+        idle = tuple((state, tuple(new[p] for p in group)) for state, group in self.idle)
+        return replace(self, parameters=tuple(parameters), idle=idle)
 
     def sampled(self, sample_time: float) -> "Block":
         """The block as a sampled one: states by Tustin's rule, s = (2/h)(z − 1)/(z + 1), without prewarping.
@@ -239,7 +276,9 @@ class Block:
             ca.mtimes(inside, ca.SX.eye(self.order) + half), ca.mtimes(inside, B) * sample_time,
             ca.mtimes(C, inside), D + ca.mtimes(C, ca.mtimes(inside, B)) * (sample_time / 2),
         )  # fmt: skip
-        return replace(self, formula=ca.Function("sampled", [theta], matrices), sample_time=float(sample_time))
+        sampled = ca.Function("sampled", [theta], matrices)
+        options = {**self.options, "tustin_s": float(sample_time)}
+        return replace(self, formula=sampled, sample_time=float(sample_time), options=options)
 
 
 @lru_cache(maxsize=256)

@@ -9,8 +9,9 @@ continuous; `block.sampled(h)` is the sampled one.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from types import MappingProxyType
 
 import casadi as ca
 import numpy as np
@@ -28,6 +29,7 @@ def gain(
     value=0.0,
     *,
     mask=None,
+    fixed=None,
     name: str = "",
     low: float = -math.inf,
     high: float = math.inf,
@@ -40,6 +42,8 @@ def gain(
         Start; one number stands for every entry.
     mask : array_like of bool (nu, ny), optional
         Where F may differ from zero.
+    fixed : array_like of bool (nu, ny), optional
+        Entries held at their value.
     low, high : float
         Bounds of every entry.
 
@@ -51,29 +55,34 @@ def gain(
     if isinstance(value, Parameter):
         if shape != (1, 1):
             raise InputError(f"one Parameter makes a gain of one input and output; got {shape[1]} and {shape[0]}.")
-        return _block(inputs, outputs, [value], lambda K: ((), (), (), ((K,),)))
+        return _block("gain", inputs, outputs, {"K": value}, lambda K: ((), (), (), ((K,),)))
     try:
         start = np.broadcast_to(np.asarray(value, float), shape)
         allowed = np.broadcast_to(True if mask is None else np.asarray(mask, bool), shape)
+        held = np.broadcast_to(False if fixed is None else np.asarray(fixed, bool), shape)
     except ValueError:
         raise InputError(
-            f"a gain from {shape[1]} inputs to {shape[0]} outputs must have value and mask of shape {shape}; "
-            f"got {np.shape(value)} and {np.shape(mask)}."
+            f"a gain from {shape[1]} inputs to {shape[0]} outputs must have value, mask and fixed of shape "
+            f"{shape}; got {np.shape(value)}, {np.shape(mask)} and {np.shape(fixed)}."
         ) from None
     if np.any(start[~allowed]) and np.ndim(value):
         raise InputError("a gain must start at zero where its mask forbids it; got other numbers there.")
     if not allowed.any():
         raise InputError("a gain's mask must allow at least one entry; got none.")
     places = [(int(i), int(j)) for i, j in np.argwhere(allowed)]
-    parameters = [
-        Parameter(stem if shape == (1, 1) else f"{stem}_{i + 1}_{j + 1}", start[i, j], low, high) for i, j in places
-    ]
-    theta = ca.SX.sym("theta", len(places))
-    F = ca.SX(*shape)
-    for k, (i, j) in enumerate(places):
-        F[i, j] = theta[k]
-    empty = ca.SX(0, 0), ca.SX(0, shape[1]), ca.SX(shape[0], 0)
-    return Block(inputs, outputs, tuple(parameters), ca.Function("gain", [theta], [*empty, F]))
+    ends = [""] if shape == (1, 1) else [f"_{i + 1}_{j + 1}" for i, j in places]
+    parameters = {
+        f"K{end}": Parameter(stem + end, start[at], low, high, not held[at])
+        for end, at in zip(ends, places, strict=True)
+    }
+
+    def formula(*entries):
+        F = ca.SX(*shape)
+        for at, entry in zip(places, entries, strict=True):
+            F[at] = entry
+        return (), (), (), F
+
+    return _block("gain", inputs, outputs, parameters, formula, {} if allowed.all() else {"mask": allowed})
 
 
 def pid(
@@ -91,7 +100,7 @@ def pid(
 
     parts : which of P, I and D are tuned; the others are frozen at zero and their states left out
     """
-    return _pid(_names(error), output, ((1.0,), (1.0,), (1.0,)), (Kp, Ki, Kd, Tf), parts, name)
+    return _pid("pid", _names(error), output, ((1.0,), (1.0,), (1.0,)), (Kp, Ki, Kd, Tf), parts, name)
 
 
 def pid_two_degrees(
@@ -110,20 +119,20 @@ def pid_two_degrees(
 ) -> Block:
     """PID of two degrees of freedom: Kp (b r − y) + Ki/s (r − y) + Kd s/(Tf s + 1) (c r − y)."""
     weights = (("b", -1.0), (1.0, -1.0), ("c", -1.0))
-    more = [_parameter(key, value, name, 0.0, math.inf) for key, value in (("b", b), ("c", c))]
-    return _pid((reference, measurement), output, weights, (Kp, Ki, Kd, Tf), parts, name, more)
+    more = {key: _parameter(key, value, name, 0.0, math.inf) for key, value in (("b", b), ("c", c))}
+    inputs, starts = (reference, measurement), (Kp, Ki, Kd, Tf)
+    return _pid("pid_two_degrees", inputs, output, weights, starts, parts, name, more)
 
 
-def _pid(inputs, output, weights, starts, parts: str, name: str, more: Sequence[Parameter] = ()) -> Block:
+def _pid(kind, inputs, output, weights, starts, parts: str, name: str, more=MappingProxyType({})) -> Block:
     """PID whose three actions read weighted inputs; a weight is a number or "b", "c" of the parameters in `more`."""
-    if not parts or set(parts) - set("PID") or len(set(parts)) != len(parts):
+    if not isinstance(parts, str) or not parts or set(parts) - set("PID") or len(set(parts)) != len(parts):
         raise InputError(f"parts of a PID must be letters of 'PID'; got {parts!r}.")
-    parameters = []
+    parameters = {}
     for letter, key, value in zip("PID", ("Kp", "Ki", "Kd"), starts[:3], strict=True):
         parameter = _parameter(key, value, name)
-        parameters.append(parameter if letter in parts else replace(parameter, value=0.0, free=False))
-    parameters.append(_positive("Tf", starts[3], name, "s"))
-    parameters += more
+        parameters[key] = parameter if letter in parts else replace(parameter, value=0.0, free=False)
+    parameters |= {"Tf": _positive("Tf", starts[3], name, "s"), **more}
 
     def formula(Kp, Ki, Kd, Tf, *rest):
         own = dict(zip("bc", rest, strict=False))
@@ -131,71 +140,75 @@ def _pid(inputs, output, weights, starts, parts: str, name: str, more: Sequence[
         A = ca.diag(ca.vertcat(0, -1 / Tf))
         return A, ca.vertcat(i, d / Tf), ca.horzcat(Ki, -Kd / Tf), Kp * p + Kd / Tf * d
 
-    idle = ((0, (parameters[1].name,)), (1, (parameters[2].name,)))
-    return _block(inputs, (output,), parameters, formula, idle)
+    idle = ((0, (parameters["Ki"].name,)), (1, (parameters["Kd"].name,)))
+    return _block(kind, inputs, (output,), parameters, formula, {"parts": parts}, idle)
 
 
 def lead_lag(
     input: str, output: str, *, K: Start = 1.0, T_zero: Start = 1.0, T_pole: Start = 0.1, name: str = ""
 ) -> Block:
     """K (T_zero s + 1)/(T_pole s + 1): a lead if T_zero > T_pole, else a lag."""
-    parameters = [
-        _parameter("K", K, name), _positive("T_zero", T_zero, name, "s"), _positive("T_pole", T_pole, name, "s")
-    ]  # fmt: skip
+    parameters = {
+        "K": _parameter("K", K, name), "T_zero": _positive("T_zero", T_zero, name, "s"),
+        "T_pole": _positive("T_pole", T_pole, name, "s"),
+    }  # fmt: skip
 
     def formula(K, T_zero, T_pole):
         return -1 / T_pole, 1 / T_pole, K * (1 - T_zero / T_pole), K * T_zero / T_pole
 
-    return _block((input,), (output,), parameters, formula)
+    return _block("lead_lag", (input,), (output,), parameters, formula)
 
 
 def low_pass(input: str, output: str, *, tau: Start = 1.0, name: str = "") -> Block:
     """1/(tau s + 1)."""
-    return _block((input,), (output,), [_positive("tau", tau, name, "s")], lambda tau: (-1 / tau, 1 / tau, 1, 0))
+    parameters = {"tau": _positive("tau", tau, name, "s")}
+    return _block("low_pass", (input,), (output,), parameters, lambda tau: (-1 / tau, 1 / tau, 1, 0))
 
 
 def washout(input: str, output: str, *, tau: Start = 1.0, name: str = "") -> Block:
     """tau s/(tau s + 1)."""
-    return _block((input,), (output,), [_positive("tau", tau, name, "s")], lambda tau: (-1 / tau, 1 / tau, -1, 1))
+    parameters = {"tau": _positive("tau", tau, name, "s")}
+    return _block("washout", (input,), (output,), parameters, lambda tau: (-1 / tau, 1 / tau, -1, 1))
 
 
 def low_pass_second(input: str, output: str, *, omega: Start = 1.0, zeta: Start = 0.7, name: str = "") -> Block:
     """omega²/(s² + 2 zeta omega s + omega²)."""
-    parameters = [_positive("omega", omega, name, "rad/s"), _parameter("zeta", zeta, name, 1e-3, 10.0)]
+    parameters = {"omega": _positive("omega", omega, name, "rad/s"), "zeta": _parameter("zeta", zeta, name, 1e-3, 10.0)}
 
     def formula(omega, zeta):
         A = ca.vertcat(ca.horzcat(0, omega), ca.horzcat(-omega, -2 * zeta * omega))
         return A, ca.vertcat(0, omega), ca.horzcat(1, 0), 0
 
-    return _block((input,), (output,), parameters, formula)
+    return _block("low_pass_second", (input,), (output,), parameters, formula)
 
 
 def notch(
     input: str, output: str, *, omega: Start = 1.0, zeta_zero: Start = 0.1, zeta_pole: Start = 1.0, name: str = ""
 ) -> Block:
     """(s² + 2 zeta_zero omega s + omega²)/(s² + 2 zeta_pole omega s + omega²)."""
-    parameters = [
-        _positive("omega", omega, name, "rad/s"),
-        _parameter("zeta_zero", zeta_zero, name, 0.0, 10.0),
-        _parameter("zeta_pole", zeta_pole, name, 1e-3, 10.0),
-    ]
+    parameters = {
+        "omega": _positive("omega", omega, name, "rad/s"),
+        "zeta_zero": _parameter("zeta_zero", zeta_zero, name, 0.0, 10.0),
+        "zeta_pole": _parameter("zeta_pole", zeta_pole, name, 1e-3, 10.0),
+    }
 
     def formula(omega, zeta_zero, zeta_pole):
         A = ca.vertcat(ca.horzcat(0, omega), ca.horzcat(-omega, -2 * zeta_pole * omega))
         return A, ca.vertcat(0, omega), ca.horzcat(0, 2 * (zeta_zero - zeta_pole)), 1
 
-    return _block((input,), (output,), parameters, formula)
+    return _block("notch", (input,), (output,), parameters, formula)
 
 
-def _block(inputs, outputs, parameters: Sequence[Parameter], formula, idle=()) -> Block:
-    """The block of a formula of scalar symbols that returns (A, B, C, D) as SX, numbers or nothing."""
-    symbols = [ca.SX.sym(p.name) for p in parameters]
+def _block(kind, inputs, outputs, parameters: Mapping[str, Parameter], formula, options=None, idle=()) -> Block:
+    """The block of a formula of scalar symbols, called by slot, that returns (A, B, C, D) as SX, numbers or nothing."""
+    symbols = [ca.SX.sym(slot) for slot in parameters]
     A, B, C, D = formula(*symbols)
     matrices = [_matrix(A), _matrix(B), _matrix(C), _matrix(D)]
     if not matrices[0].numel():
         matrices[1], matrices[2] = ca.SX(0, len(inputs)), ca.SX(len(outputs), 0)
-    function = ca.Function("block", [ca.vertcat(*symbols)], matrices)
-    return Block(inputs, outputs, tuple(parameters), function, idle=tuple(idle))
+    function = ca.Function(kind, [ca.vertcat(*symbols)], matrices)
+    given = tuple(parameters.values())
+    return Block(inputs, outputs, given, function, None, tuple(idle), kind, options or {}, tuple(parameters))
 
 
 def _matrix(value) -> ca.SX:

@@ -5,6 +5,7 @@ state_space (tridiagonal A)   transfer_function (free coefficients)   expression
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 
 import casadi as ca
 import numpy as np
@@ -73,7 +74,9 @@ def state_space(
             M[int(i), int(j)] = symbols[-1]
         matrices.append(M)
     function = ca.Function("state_space", [ca.vertcat(*symbols)], matrices)
-    return Block(inputs, outputs, tuple(parameters), function, sample_time)
+    options = {"order": order, "direct": direct, "sample_time_s": sample_time}
+    slots = tuple(symbol.name() for symbol in symbols)
+    return Block(inputs, outputs, tuple(parameters), function, sample_time, (), "state_space", options, slots)
 
 
 def _by_modes(K: Controller) -> Controller:
@@ -124,7 +127,9 @@ def transfer_function(
     A[0, :] = -a.T
     B, D = ca.SX(np.eye(n, 1)), full[0]
     function = ca.Function("transfer", [ca.vertcat(b, a)], [A, B, (full[1:] - D * a).T, D])
-    return Block((input,), (output,), parameters, function, sample_time)
+    options = {"numerator_degree": len(num) - 1, "denominator_degree": n, "sample_time_s": sample_time}
+    slots = tuple(labels)
+    return Block((input,), (output,), parameters, function, sample_time, (), "transfer_function", options, slots)
 
 
 def expression(
@@ -145,6 +150,8 @@ def expression(
     parameters : sequence of (Parameter, SX symbol)
     A, B, C, D : SX, DM or numbers, (nk, nk), (nk, ny), (nu, nk), (nu, ny)
         A, B and C left out: no states. D left out: zero.
+
+    No file or table can hold it: its formula lives in the program that made it.
     """
     inputs, outputs = ((names,) if isinstance(names, str) else tuple(names) for names in (inputs, outputs))
     ny, nu = len(inputs), len(outputs)
@@ -161,7 +168,7 @@ def expression(
     if function.has_free():
         strange = ", ".join(function.get_free())
         raise InputError(f"an expression must depend on its parameters' symbols alone; got {strange} too.")
-    return Block(inputs, outputs, tuple(p for p, _ in parameters), function, sample_time)
+    return Block(inputs, outputs, tuple(p for p, _ in parameters), function, sample_time, kind="expression")
 
 
 def modal_law(law: ModalLaw, gains: Gains, bounds: Mapping[str, tuple[float, float]] | None = None) -> Block:
@@ -199,4 +206,6 @@ def modal_law(law: ModalLaw, gains: Gains, bounds: Mapping[str, tuple[float, flo
         *["K_zdot"] * VERTICAL_CHANNELS, *["K_ydot"] * (5 - VERTICAL_CHANNELS),
     ]  # fmt: skip
     idle = tuple((state, (owner,)) for state, owner in enumerate(owners))
-    return Block(law.sensors, law.commands, tuple(parameters), function, idle=idle)
+    return Block(
+        law.sensors, law.commands, tuple(parameters), function, None, idle, "modal_law", asdict(law), GAIN_NAMES
+    )
