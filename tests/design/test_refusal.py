@@ -49,7 +49,7 @@ def test_a_refusal_is_the_same_kind_of_sentence_however_the_optimiser_ended(heav
 def test_bounds_without_a_stable_loop_are_refused_by_the_root_that_does_not_decay(heave):
     # velocity feedback of the wrong sign, whatever is chosen
     outward = {"K_h": (0.5, 50.0), "K_hdot": (-200.0, -1.0), "K_zdot": (-50.0, -2.0)}
-    walled = replace(heave, bounds={**heave.bounds, **outward})
+    walled = heave.with_bounds(outward)
     inside = heave.approved.with_values(K_h=1.0, K_hdot=-2.0, K_zdot=-3.0)
     for attempt in (lambda: design(walled, starts=1), lambda: refine(walled, inside)):
         with pytest.raises(InfeasibleError, match=NAMED + r".*--fix values that stabilise") as refused:

@@ -136,7 +136,7 @@ def test_a_vertical_mask_needs_a_point_that_moves_up_and_down():
     sway = load_problem("sway_roll_yaw")
     middle = replace(sway.setting, points={n: (x, 0.0, z) for n, (x, _, z) in sway.setting.points.items()})
     with pytest.raises(InputError, match="only where a point of the ride moves up and down"):
-        replace(sway, setting=middle, requirements=(Requirement("vertical ride mask ratio", 1.0),))
+        sway.with_setting(middle).with_requirements([Requirement("vertical ride mask ratio", 1.0)])
 
 
 @pytest.mark.parametrize("name", QUANTITIES)

@@ -130,7 +130,7 @@ def test_a_peak_of_coupled_groups_stays_a_floating_bracket(design):
     A = setting.plant.A.copy()
     A[setting.plant.index("states", ["Z_rate"])[0], setting.plant.index("states", ["Phi"])[0]] = 1e-5  # beyond 1e-9
     coupled = replace(setting, plant=replace(setting.plant, A=A))
-    promises = table_from_design(replace(design, problem=replace(design.problem, setting=coupled))).promises
+    promises = table_from_design(replace(design, problem=design.problem.with_setting(coupled))).promises
     peak = next(p for p in promises if p.name == "peak sensitivity, heave_pitch")
     assert peak.method == "floating point: Hamiltonian eigenvalues, bracket"
     assert 0 < peak.enclosure[1] - peak.enclosure[0] < 1e-6

@@ -78,7 +78,7 @@ def test_a_fault_of_a_problems_own_functions_is_told_when_they_are_called(tmp_pa
     (tmp_path / "problem.py").write_text(
         "from dataclasses import replace\n"
         "def elsewhere(values):\n    raise OverflowError('too far')\n"
-        "def problem(data):\n    return replace(data.build(), elsewhere=elsewhere)\n"
+        "def problem(data):\n    return data.build().with_models(replace(data.build().models, elsewhere=elsewhere))\n"
     )
     problem = load_problem(str(tmp_path))
     with pytest.raises(OverflowError):

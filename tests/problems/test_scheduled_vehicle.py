@@ -1,7 +1,6 @@
 """The shipped schedule: it holds from lift-off to cruise, and its file says so."""
 
 import json
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -67,7 +66,7 @@ def test_the_plan_asks_every_speed_for_the_margins_of_the_revenue_vehicle(proble
 
 @pytest.mark.parametrize("speed", [30.0, 47.3, 90.1])
 def test_the_approved_schedule_keeps_its_margins_on_exact_plants(problem, schedule, speed):
-    one = replace(load_problem("scheduled_vehicle", speed=speed), requirements=problem.plan.requirements)
+    one = load_problem("scheduled_vehicle", speed=speed).with_requirements(problem.plan.requirements)
     assert [v.sentence() for v in margin_verdicts(one, schedule.gains_at(speed)) if not v.met] == []
     assert one.approved == schedule.gains_at(speed)  # what `analyse --speed` takes
 
@@ -112,7 +111,7 @@ def test_a_schedule_that_fails_between_its_points_is_caught(problem, plants, sch
     bump = 40.0  # t² − t⁴ vanishes at −1, 0 and 1 and is 1/4 between
     c["K_yaw"] = tuple(a + b for a, b in zip(c["K_yaw"], (0.0, 0.0, bump, 0.0, -bump), strict=True))
     wrong = Schedule(centre=82.0, scale=52.0, range=(30.0, 134.0), coefficients=c)
-    at_points = [margin_verdicts(replace(plants.problem_at(v), requirements=problem.plan.requirements),
+    at_points = [margin_verdicts(plants.problem_at(v).with_requirements(problem.plan.requirements),
                                  wrong.gains_at(v)) for v in (30.0, 82.0, 134.0)]  # fmt: skip
     assert all(v.met for judged in at_points for v in judged)
     assert not all(curve.met for curve in dense_check(plants, wrong, problem.plan, every=16))

@@ -80,7 +80,7 @@ def test_railway_spectra_with_two_corners_agree_too():
         pytest.skip("the spectrum has a double corner")
     gains = np.array([list(problem.approved.as_dict().values())])
     assert_same(
-        Batch(setting, quantity_names(setting)).evaluate(gains), 0, replace(problem, setting=setting), problem.approved
+        Batch(setting, quantity_names(setting)).evaluate(gains), 0, problem.with_setting(setting), problem.approved
     )
 
 

@@ -36,8 +36,8 @@ def closed_at(group: str, **factors):
     problem = load_problem("revenue_vehicle")
     names = {"inertia": ("roll_inertia", "pitch_inertia", "yaw_inertia")}
     named = {n: v for name, v in factors.items() for n in names.get(name, (name,))}
-    assert problem.rebuild is not None
-    setting = problem.rebuild(varied(problem.vehicle, **named))
+    assert problem.models.rebuild is not None
+    setting = problem.models.rebuild(varied(problem.vehicle, **named))
     alone = subject(setting.plant, setting.law, group)
     return alone, alone.close(problem.approved)
 

@@ -23,7 +23,7 @@ CORRELATION = ((1.0, 0.3, 0.0, 0.2), (0.3, 1.0, 0.4, 0.0), (0.0, 0.4, 1.0, 0.1),
 def on(file, guideway):
     """The table of known gains on another guideway, with limits that everything keeps."""
     problem = file.design.problem.with_requirements(Requirement(*limit) for limit in LIMITS.items())
-    problem = dataclasses.replace(problem, setting=dataclasses.replace(problem.setting, guideway=guideway))
+    problem = problem.with_setting(dataclasses.replace(problem.setting, guideway=guideway))
     analysis = analyse(problem.setting, file.design.gains, problem.name)
     design = Design(
         problem=problem, gains=file.design.gains, analysis=analysis, requirements=verdicts(problem, analysis),
@@ -47,7 +47,7 @@ def test_spectra_with_several_corners_are_proved_and_hold_the_floating_values(re
 def test_a_spectrum_without_a_lowest_corner_is_left_out_of_the_certificate(revenue):
     problem = revenue.design.problem
     bare = dataclasses.replace(problem.setting, guideway=Roughness.american(6, extrapolate=True))
-    assert certificate_of(dataclasses.replace(problem, setting=bare))["guideway"] is None
+    assert certificate_of(problem.with_setting(bare))["guideway"] is None
     report = verify_document(revenue.changed(lambda d: d["certificate"].update(guideway=None)))
     missed = {f.name for f in report.findings if not f.holds}
     assert missed == {n for n in LIMITS if not n.startswith("peak")}

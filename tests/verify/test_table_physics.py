@@ -77,7 +77,7 @@ def test_a_vehicle_trimmed_away_from_its_nominal_pose_stands_without_physics():
         outputs=plant.outputs,
     )  # fmt: skip
     setting = dataclasses.replace(problem.setting, plant=moved)
-    assert certificate_of(dataclasses.replace(problem, setting=setting))["physics"] is None
+    assert certificate_of(problem.with_setting(setting))["physics"] is None
 
 
 def test_a_table_agrees_with_its_problem_and_not_with_another(heave):

@@ -309,7 +309,7 @@ class _Runner:
 
 def _bare(problem: Problem) -> Problem:
     """The problem without what a start does not need, so that it travels to another process."""
-    return replace(problem, vehicle=None, rebuild=None, elsewhere=None, variation=None, plan=None)
+    return replace(problem, models=problem.vehicle_models.alone(), variation=None, plan=None)
 
 
 _prepared: list[_Runner] = []  # of a worker process; one at most

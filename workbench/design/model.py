@@ -8,7 +8,7 @@ Parameters: factors on masses, inertias, forces and sensor scales (1 is nominal)
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
@@ -150,7 +150,7 @@ def model_of(
     moved = {k: v for k, v in values.items() if k not in SENSORS and v != PARAMETERS[k][1]}
     one = problem.at(moved) if moved else problem
     if requirements is not None:
-        one = replace(one, requirements=requirements)
+        one = one.with_requirements(requirements)
     return Model(name=name or sentence(values), values=dict(values), problem=one)
 
 

@@ -1,89 +1,199 @@
-"""A design problem: a vehicle on a guideway, what may be changed, and what must hold."""
+"""A problem: models, a structure and goals.
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
-from typing import Any
+    models (what is controlled) ──┐
+    structure (what is tuned)   ──┼──► Problem ──design──► Design: parameters with a verdict on every goal
+    goals (what must hold)      ──┘
+
+Nothing here knows whether the plant flies. A vehicle is one maker of models, the modal law one structure, requirements
+are goals; what only a vehicle has (setting, law, guideway) is asked of its maker and refused where there is none.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from difflib import get_close_matches
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
 from workbench.analysis.setting import Setting
-from workbench.control import GAIN_NAMES, Gains, ModalLaw
-from workbench.control.gains import GAIN_UNITS, TIME_CONSTANTS
+from workbench.control import Gains, ModalLaw
 from workbench.control.loop import Subject
-from workbench.design.requirement import MOTOR_CURRENT, RIDE_MASKS, Requirement
+from workbench.control.structure.block import Block
+from workbench.control.structure.loop import Loop
+from workbench.control.structure.signals import terms
+from workbench.control.structure.structure import Structure
+from workbench.design.models import Maker, VehicleModels, maker_of
+from workbench.design.requirement import MOTOR_CURRENT, RIDE_MASKS
 from workbench.errors import InputError, unknown_name
+from workbench.lti.model import Model
 from workbench.result import Result, Row
+
+if TYPE_CHECKING:
+    from workbench.design.model import Variation
+    from workbench.design.requirement import Requirement
+    from workbench.design.scheduled import Plan
+    from workbench.goals.goal import Goal
+    from workbench.physics.vehicle import Vehicle
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class Problem(Result):
     """Everything a design or an analysis starts from.
 
+    Parameters
+    ----------
+    models : Model, several, or a maker of models
+        What is controlled. A maker (`design.models`) has `.systems` and `.at(values)`.
+    structure : Structure, Block or several blocks
+        What is tuned. Of bare blocks, the signals that no model and no block makes are its references.
+    goals : sequence of goals
+        What must hold (hard) and what is made small (soft).
     name, title : for people
-    setting : plant, law and guideway at the operating point
-    vehicle, rebuild : what the plant was linearised from, and the function that makes a Setting of such a vehicle
-    elsewhere : values of `design.model.PARAMETERS` -> (vehicle, Setting) under them
-    requirements : limits
-    bounds : allowed interval of each free parameter;  fixed : value of each other parameter
-    approved : gains last approved, if any
-    sample_time : of the discrete filters [s]
+    approved : values last approved: `Gains` of a vehicle, else mapping of parameter to value
+    sample_time : of the discrete controller [s], if it has one
     data_sha256 : of the data file;  sources : block name to source
-    variation : `design.model.Variation` that the gains must bear;  plan : `design.scheduled.Plan` of a gain schedule
+    variation : `design.model.Variation` that the parameters must bear;  plan : `design.scheduled.Plan` of a schedule
+
+    Raises
+    ------
+    InputError
+        If a signal has no origin, models and structure do not close a loop, or a goal asks for what is not there.
     """
 
-    name: str
-    title: str
-    setting: Setting
-    vehicle: Any
-    rebuild: Callable[[Any], Setting] | None
-    requirements: tuple[Requirement, ...]
-    bounds: Mapping[str, tuple[float, float]]
-    fixed: Mapping[str, float]
-    approved: Gains | None
-    sample_time: float
-    data_sha256: str
-    sources: Mapping[str, str]
-    elsewhere: Callable[[Mapping[str, float]], tuple[Any, Setting]] | None = None
-    variation: Any = None
-    plan: Any = None
+    models: Maker | Model | Sequence[Model]
+    structure: Structure | Block | Sequence[Block]
+    goals: Sequence[Any]
+    name: str = "problem"
+    title: str = ""
+    approved: Gains | Mapping[str, float] | None = None
+    sample_time: float | None = None
+    data_sha256: str = ""
+    sources: Mapping[str, str] = field(default_factory=dict)
+    variation: "Variation | None" = None
+    plan: "Plan | None" = None
 
     def __post_init__(self) -> None:
-        for name in (*self.bounds, *self.fixed):
-            if name not in GAIN_UNITS:
-                raise unknown_name("gain", name, GAIN_UNITS)
-        both = sorted(set(self.bounds) & set(self.fixed))
-        missing = [name for name in GAIN_NAMES if name not in self.bounds and name not in self.fixed]
-        if both or missing:
-            raise InputError(
-                "every gain must be either bounded (free) or fixed; "
-                f"both: {', '.join(both) or 'none'}, neither: {', '.join(missing) or 'none'}."
-            )
-        for name, (low, high) in self.bounds.items():
-            if not low < high or (name in TIME_CONSTANTS and not low > 0):
-                raise InputError(
-                    f"the bounds of {name} must rise, from a positive value for a time constant; got [{low}, {high}]."
-                )
-        for r in self.requirements:
-            self._check_required(r.name)
+        object.__setattr__(self, "models", maker_of(self.models))
+        object.__setattr__(self, "goals", tuple(self.goals))
+        if not isinstance(self.structure, Structure):
+            object.__setattr__(self, "structure", _structure(self.structure, self.systems))
+        if isinstance(self.models, VehicleModels):
+            for goal in self.requirements:
+                _check_required(self, goal.name)
+        else:
+            _ = self.loops  # refuses what does not fit together
 
-    def _check_required(self, name: str) -> None:
-        """Refuses a requirement on what the vehicle or its groups do not have: it could only be met by not looking."""
-        if name == MOTOR_CURRENT and self.setting.motor is None:
+    @property
+    def systems(self) -> tuple[Model, ...]:
+        """The linear models that are controlled."""
+        return self.models.systems
+
+    @cached_property
+    def loops(self) -> tuple[Loop, ...]:
+        """The structure around each model."""
+        return tuple(Loop(model, self.structure) for model in self.systems)
+
+    @property
+    def requirements(self) -> tuple["Requirement", ...]:
+        """The hard goals."""
+        return tuple(goal for goal in self.goals if goal.hard)
+
+    @property
+    def free(self) -> tuple[str, ...]:
+        """Names of the free parameters, in the structure's order."""
+        return tuple(p.name for p in self.structure.parameters if p.free)
+
+    @property
+    def bounds(self) -> dict[str, tuple[float, float]]:
+        """Allowed interval of each free parameter."""
+        return {p.name: (p.low, p.high) for p in self.structure.parameters if p.free}
+
+    @property
+    def fixed(self) -> dict[str, float]:
+        """Value of each parameter that is not free."""
+        return {p.name: p.value for p in self.structure.parameters if not p.free}
+
+    # --- what only a vehicle has
+
+    @property
+    def vehicle_models(self) -> VehicleModels:
+        """The maker of a vehicle's models; refused where the plant is another."""
+        if not isinstance(self.models, VehicleModels):
             raise InputError(
-                f"{name!r} can be required only of a vehicle whose motor is part of its control; "
-                f"problem {self.name!r} has none. Describe the motor in a block [motor], or drop the requirement."
+                f"this asks for a vehicle; problem {self.name!r} controls a plant of its own "
+                f"({', '.join(m.name for m in self.systems)}). Take a problem with a vehicle."
             )
-        lateral, groups = "lateral" in name, ", ".join(self.setting.groups)
-        if lateral and not {"sway_roll_yaw", "all"} & set(self.setting.groups):
-            raise InputError(
-                f"{name!r} can be required only where the vehicle moves sideways; problem {self.name!r} looks at "
-                f"{groups}. Add the group sway_roll_yaw, or drop the requirement."
-            )
-        aside = any(y != 0 for _, y, _ in self.setting.points.values())
-        rolls_alone = set(self.setting.groups) == {"sway_roll_yaw"}
-        if name in RIDE_MASKS and not lateral and rolls_alone and not aside:
-            raise InputError(
-                f"{name!r} can be required only where a point of the ride moves up and down; problem {self.name!r} "
-                f"looks at {groups}. Add the group heave_pitch or a point beside the middle, or drop the requirement."
-            )
+        return self.models
+
+    @property
+    def flies(self) -> bool:
+        """Whether the models are a vehicle's."""
+        return isinstance(self.models, VehicleModels)
+
+    @property
+    def setting(self) -> Setting:
+        """A vehicle's plant, law and guideway at the operating point."""
+        return self.vehicle_models.setting
+
+    @property
+    def vehicle(self) -> "Vehicle | None":
+        """What the plant was linearised from."""
+        return self.vehicle_models.vehicle
+
+    @property
+    def law(self) -> ModalLaw:
+        """The control law on the vehicle's coil places."""
+        return self.setting.law
+
+    @property
+    def gains(self) -> Gains | None:
+        """A vehicle's gains last approved."""
+        return self.approved if isinstance(self.approved, Gains) else None
+
+    @property
+    def subjects(self) -> tuple[Subject, ...]:
+        """One linear model per group of motion."""
+        return self.setting.subjects
+
+    # --- the same problem, changed
+
+    def with_fixed(self, values: Mapping[str, float]) -> "Problem":
+        """The same problem with some parameters fixed."""
+        known = {p.name for p in self.structure.parameters}
+        for name in values:
+            if name not in known:
+                raise unknown_name("gain" if self.flies else "parameter", name, known)
+        return replace(self, structure=self.structure.held(values)) if values else self
+
+    def with_bounds(self, bounds: Mapping[str, tuple[float, float]]) -> "Problem":
+        """The same problem with other bounds of free parameters."""
+        structure = self.structure
+        for name, interval in bounds.items():
+            structure = structure.with_bounds(name, *interval)
+        return replace(self, structure=structure)
+
+    def with_models(self, models: Maker | Model | Sequence[Model]) -> "Problem":
+        """The same problem for other models."""
+        return replace(self, models=models)
+
+    def with_setting(self, setting: Setting) -> "Problem":
+        """The same problem of a vehicle in another setting, whatever its vehicle."""
+        return replace(self, models=replace(self.vehicle_models, setting=setting))
+
+    def with_vehicle(self, vehicle: "Vehicle") -> "Problem":
+        """The same problem for another vehicle or operating point."""
+        return replace(self, models=self.vehicle_models.with_vehicle(vehicle))
+
+    def at(self, values: Mapping[str, float]) -> "Problem":
+        """The same problem with other values of what its models are made of: a vehicle's speed, mass and so on."""
+        return replace(self, models=self.models.at(values))
+
+    def with_goals(self, goals: Sequence["Goal"]) -> "Problem":
+        """The same problem with other goals."""
+        return replace(self, goals=tuple(goals))
+
+    def with_requirements(self, requirements: Sequence["Requirement"]) -> "Problem":
+        """The same problem with other hard goals; the soft ones stay."""
+        return self.with_goals((*requirements, *(goal for goal in self.goals if not goal.hard)))
 
     def check_one_way(self, cure: str) -> None:
         """Refuses a variation and a schedule together: a schedule is not designed for a variation.
@@ -95,56 +205,56 @@ class Problem(Result):
                 f"a design takes a [variation] or a [schedule]; problem {self.name!r} describes both: {cure}."
             )
 
-    @property
-    def free(self) -> tuple[str, ...]:
-        """Names of the free parameters, in the order of `GAIN_NAMES`."""
-        return tuple(name for name in GAIN_NAMES if name in self.bounds)
-
-    @property
-    def law(self) -> ModalLaw:
-        """The control law on the vehicle's coil places."""
-        return self.setting.law
-
-    @property
-    def gains(self) -> Gains | None:
-        """The gains last approved."""
-        return self.approved
-
-    @property
-    def subjects(self) -> tuple[Subject, ...]:
-        """One linear model per group of motion."""
-        return self.setting.subjects
-
-    def with_fixed(self, values: Mapping[str, float]) -> "Problem":
-        """The same problem with some parameters fixed."""
-        for name in values:
-            if name not in GAIN_UNITS:
-                raise unknown_name("gain", name, GAIN_UNITS)
-        bounds = {name: interval for name, interval in self.bounds.items() if name not in values}
-        return replace(self, fixed={**self.fixed, **values}, bounds=bounds)
-
-    def with_vehicle(self, vehicle: Any) -> "Problem":
-        """The same problem for another vehicle or operating point."""
-        if self.rebuild is None:
-            raise InputError(f"problem {self.name!r} holds a plant without a vehicle behind it; give the plant itself.")
-        return replace(self, vehicle=vehicle, setting=self.rebuild(vehicle))
-
-    def at(self, values: Mapping[str, float]) -> "Problem":
-        """The same problem with other values of `design.model.PARAMETERS`: speed, mass, forces and so on."""
-        if self.elsewhere is None:
-            raise InputError(f"problem {self.name!r} holds one plant alone; give a vehicle to vary, or plants.")
-        vehicle, setting = self.elsewhere(values)
-        return replace(self, vehicle=vehicle, setting=setting)
-
-    def with_requirements(self, requirements) -> "Problem":
-        """The same problem with other limits."""
-        return replace(self, requirements=tuple(requirements))
-
     def rows(self) -> list[Row]:
+        names = self.setting.groups if self.flies else [model.name for model in self.systems]
+        asked = [(f"{r.name} {r.sense}", r.limit, r.unit) for r in self.requirements] if self.flies else []
         return [
             ("problem", self.name, ""),
             ("title", self.title, ""),
-            ("groups", ", ".join(self.setting.groups), ""),
+            ("groups" if self.flies else "models", ", ".join(names), ""),
             ("free parameters", len(self.free), ""),
-            *((f"{r.name} {r.sense}", r.limit, r.unit) for r in self.requirements),
+            *(asked or [("goal", goal.name, "hard" if goal.hard else "soft") for goal in self.goals]),
         ]
+
+
+def _structure(given: Block | Sequence[Block], systems: Sequence[Model]) -> Structure:
+    """The structure of bare blocks; what they read that no model and no block makes comes from outside."""
+    blocks = (given,) if isinstance(given, Block) else tuple(given)
+    made = {name for model in systems for name in (*model.inputs, *model.outputs)}
+    made |= {name for block in blocks for name in block.outputs}
+    read = dict.fromkeys(
+        name for block in blocks for text in block.inputs for name in ([text] if text in made else terms(text))
+    )
+    if not any(name in made for name in read):
+        raise InputError(
+            f"a structure must read a signal that a model makes; it reads {', '.join(read)}, and there are "
+            f"{', '.join(sorted(made))}. Mend the names."
+        )
+    outside = [name for name in read if name not in made]
+    for name in outside:
+        if len(name) > 1 and get_close_matches(name, made, n=1, cutoff=0.75):
+            raise unknown_name("signal", name, made)
+    return Structure(blocks, tuple(outside))
+
+
+def _check_required(problem: Problem, name: str) -> None:
+    """Refuses a requirement on what the vehicle or its groups do not have: it could only be met by not looking."""
+    setting = problem.setting
+    if name == MOTOR_CURRENT and setting.motor is None:
+        raise InputError(
+            f"{name!r} can be required only of a vehicle whose motor is part of its control; "
+            f"problem {problem.name!r} has none. Describe the motor in a block [motor], or drop the requirement."
+        )
+    lateral, groups = "lateral" in name, ", ".join(setting.groups)
+    if lateral and not {"sway_roll_yaw", "all"} & set(setting.groups):
+        raise InputError(
+            f"{name!r} can be required only where the vehicle moves sideways; problem {problem.name!r} looks at "
+            f"{groups}. Add the group sway_roll_yaw, or drop the requirement."
+        )
+    aside = any(y != 0 for _, y, _ in setting.points.values())
+    rolls_alone = set(setting.groups) == {"sway_roll_yaw"}
+    if name in RIDE_MASKS and not lateral and rolls_alone and not aside:
+        raise InputError(
+            f"{name!r} can be required only where a point of the ride moves up and down; problem {problem.name!r} "
+            f"looks at {groups}. Add the group heave_pitch or a point beside the middle, or drop the requirement."
+        )

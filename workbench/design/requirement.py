@@ -6,6 +6,7 @@ steers by smooth measures of the same name (`design.measures`).
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import ClassVar
 
 from workbench.errors import InputError, unknown_name
 from workbench.result import Result, Row
@@ -41,6 +42,7 @@ class Requirement:
 
     name: str
     limit: float
+    hard: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         if self.name not in QUANTITIES:

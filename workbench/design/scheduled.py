@@ -9,7 +9,7 @@ with the error measured, and the worst speeds are checked again on exact plants.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from time import monotonic
 
 import numpy as np
@@ -240,7 +240,7 @@ def _exchanged(problem, plan: Plan, plants: PlantFamily, first: Design, on_round
 
 
 def _model(plants: PlantFamily, plan: Plan, speed: float) -> Model:
-    one = replace(plants.problem_at(speed), requirements=plan.requirements)
+    one = plants.problem_at(speed).with_requirements(plan.requirements)
     return Model(name=f"{speed:.4g} m/s", values={"speed_m_s": speed}, problem=one)
 
 
@@ -250,7 +250,7 @@ def dense_check(plants: PlantFamily, schedule: Schedule, plan: Plan, *, every: i
     values = np.full((len(plan.requirements), len(speeds)), np.nan)
     for k, speed in enumerate(speeds):
         heed("the check of a schedule")
-        one = replace(plants.problem_at(float(speed)), requirements=plan.requirements)
+        one = plants.problem_at(float(speed)).with_requirements(plan.requirements)
         for i, v in enumerate(margin_verdicts(one, schedule.gains_at(float(speed)))):
             values[i, k] = np.nan if v.value is None else v.value
     return tuple(
@@ -294,7 +294,7 @@ def _verified(problem, plan: Plan, schedule, judged: Design, margins, rounds, pl
     """The result, its worst speeds checked on exact plants."""
     exact = []
     for speed in sorted({m.worst[1] for m in margins}):
-        one = replace(problem.at({"speed_m_s": speed}), requirements=plan.requirements)
+        one = problem.at({"speed_m_s": speed}).with_requirements(plan.requirements)
         exact.append((speed, margin_verdicts(one, schedule.gains_at(speed))))
     missed = [v for _, found in exact for v in found if not v.met]
     if missed:

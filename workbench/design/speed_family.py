@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from workbench.analysis.setting import Setting
+from workbench.design.models import VehicleModels
 from workbench.design.problem import Problem
 from workbench.errors import InputError
 from workbench.machine.budget import heed
@@ -170,7 +171,7 @@ class PlantFamily:
             raise InputError(f"the plants hold from {low:g} to {high:g} m/s; got {speed!r} m/s.")
         setting = self.problem.setting
         moved: Setting = replace(setting, plant=replace(setting.plant, **self._matrices(speed)), speed=speed)
-        return replace(self.problem, setting=moved, vehicle=None, rebuild=None, elsewhere=None)
+        return self.problem.with_models(VehicleModels(setting=moved))
 
     def _matrices(self, speed: float) -> dict[str, np.ndarray]:
         u = _place(speed, self.range)

@@ -16,6 +16,7 @@ from workbench.constants import GRAVITY
 from workbench.control import Gains, ModalLaw
 from workbench.control.schedule import Schedule
 from workbench.design.model import STABILITY, Box, Variation
+from workbench.design.models import VehicleModels, vehicle_structure
 from workbench.design.problem import Problem
 from workbench.design.requirement import QUANTITIES, Requirement
 from workbench.design.scheduled import Plan
@@ -277,11 +278,13 @@ class ProblemData:
         fixed = d.fixed.entries()
         bounds = d.bounds.entries() if d.bounds else {}
         vehicle = self.vehicle()
+        setting = self.setting(vehicle)
+        approved = Gains.from_mapping(fixed) if not bounds else self.approved
         return Problem(
-            name=self.name, title=d.problem.title, setting=self.setting(vehicle), vehicle=vehicle, rebuild=self.setting,
-            elsewhere=self.elsewhere, variation=self.variation(), plan=self.plan(),
-            requirements=self.requirements(), bounds=bounds, fixed=fixed,
-            approved=Gains.from_mapping(fixed) if not bounds else self.approved,
+            name=self.name, title=d.problem.title, goals=self.requirements(), approved=approved,
+            models=VehicleModels(setting=setting, vehicle=vehicle, rebuild=self.setting, elsewhere=self.elsewhere),
+            structure=vehicle_structure(setting.law, bounds, fixed, approved),
+            variation=self.variation(), plan=self.plan(),
             sample_time=d.discretisation.sample_time_s,
             data_sha256=self.sha256,
             sources={n: s for n in d.__class__.model_fields if (s := _source(getattr(d, n)))},

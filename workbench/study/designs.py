@@ -58,7 +58,7 @@ def with_factors(problem: Problem, factors: Mapping[str, float]) -> Problem:
     if not factors:
         return problem
     changed = problem.with_vehicle(varied(problem.vehicle, **factors))
-    elsewhere = problem.elsewhere
+    elsewhere = problem.vehicle_models.elsewhere
     if elsewhere is None:
         return changed
 
@@ -66,4 +66,4 @@ def with_factors(problem: Problem, factors: Mapping[str, float]) -> Problem:
         both = {name: factor * values.get(name, 1.0) for name, factor in factors.items()}
         return elsewhere({**values, **both})
 
-    return replace(changed, elsewhere=there)
+    return changed.with_models(replace(changed.vehicle_models, elsewhere=there))

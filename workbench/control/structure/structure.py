@@ -182,6 +182,10 @@ class Structure:
         held = self.parameter(name)
         return self._with({name: replace(held, free=False, value=held.value if value is None else value)})
 
+    def held(self, values: Mapping[str, float]) -> "Structure":
+        """The same structure with several parameters held at values."""
+        return self._with({n: replace(self.parameter(n), free=False, value=v) for n, v in values.items()})
+
     def free(self, name: str, value: float | None = None) -> "Structure":
         """The same structure with a parameter tuned, from a value or from where it is."""
         freed = self.parameter(name)
