@@ -13,10 +13,11 @@ import numpy as np
 from workbench.control.discrete import DiscreteLaw
 from workbench.errors import InputError
 from workbench.lti import Plant
+from workbench.lti.hold import LARGEST, held
+from workbench.lti.model import Model
 from workbench.lti.norm import Peak, peak_gain
 from workbench.result import Result, Row
 
-LARGEST = 1e150  # its square is a double
 MOST_DELAY = 50  # samples; beyond, the delay line is longer than any loop here bears
 PASSED = 1e-9  # |z| of a pole that is a delay gone by (DEFINITIONS, Sampled loop)
 BISECTIONS = 30  # of a delay: to 1e-9 of the interval
@@ -133,29 +134,9 @@ def bilinear(A, B, C, D) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray
 
 
 def _sampled(plant: Plant, T: float, delay: float):
-    """(A, B, C) from new commands to sensors, from sample to sample; states: the plant's, then commands on their way.
-
-    Of a delay of n samples and a part of one, the commands in force change from u[k−n−1] to u[k−n] within the sample.
-    Sensors are read before the commands of the same moment act.
-    """
-    n, m = plant.B.shape
-    whole = int(np.floor(delay / T * (1 + 1e-12)))
-    part = max(delay - whole * T, 0.0)
-    advance, early = _held(plant, part)  # under the older command
-    rest, late = _held(plant, T - part)  # under the newer one
-    waiting = whole + 1  # u[k−1] … u[k−whole−1]
-    A = np.zeros((n + waiting * m, n + waiting * m))
-    B = np.zeros((n + waiting * m, m))
-    A[:n, :n] = rest @ advance
-    A[:n, n + whole * m :] = rest @ early
-    if whole:
-        A[:n, n + (whole - 1) * m : n + whole * m] = late
-        A[n + m :, n : n + whole * m] = np.eye(whole * m)
-    else:
-        B[:n] = late
-    B[n : n + m] = np.eye(m)
-    C = np.hstack([plant.C, np.zeros((len(plant.C), whole * m)), plant.D])
-    return A, B, C
+    """(A, B, C) from new commands to sensors, from sample to sample; see `lti.hold`."""
+    between = held(Model("plant", plant), T, delay).plant
+    return between.A, between.B, between.C
 
 
 def _check_range(matrix: np.ndarray) -> None:
@@ -165,17 +146,6 @@ def _check_range(matrix: np.ndarray) -> None:
             f"the sampled loop must have entries below {LARGEST:g}, so that it can be computed; it has larger ones. "
             "Check the plant's numbers and units, and the sample time."
         )
-
-
-def _held(plant: Plant, time: float) -> tuple[np.ndarray, np.ndarray]:
-    """State after a time, from the state and from constant inputs."""
-    from scipy.linalg import expm
-
-    n, m = plant.B.shape
-    with np.errstate(all="ignore"):  # what overflows is refused
-        both = expm(np.block([[plant.A, plant.B], [np.zeros((m, n + m))]]) * time)
-    _check_range(both)
-    return both[:n, :n], both[:n, n:]
 
 
 def _closed(plant, law):
