@@ -8,7 +8,7 @@ variations, boxes, schedules and failures ask for other models in one way.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Protocol, runtime_checkable
+from typing import Protocol
 
 from workbench.analysis.setting import Setting
 from workbench.control import GAIN_NAMES, Gains, ModalLaw
@@ -21,7 +21,6 @@ from workbench.lti.model import Model
 from workbench.physics.vehicle import Vehicle
 
 
-@runtime_checkable
 class Maker(Protocol):
     """What makes models."""
 
@@ -152,7 +151,8 @@ def several(given: Model | Sequence[Model]) -> tuple[Model, ...]:
 
 def maker_of(given: Maker | Model | Sequence[Model]) -> Maker:
     """What is given as a problem's models, as a maker of them."""
-    return given if isinstance(given, Maker) else Given(several(given))
+    made = hasattr(type(given), "systems")  # asked of the type: a maker makes its systems when they are wanted
+    return given if made else Given(several(given))
 
 
 def _group_model(setting: Setting, number: int) -> Model:
