@@ -19,13 +19,16 @@ Row = tuple[str, Any, str]  # name, value, unit
 def plain(value: Any) -> Any:
     """The same value in JSON's types: arrays become lists, complex numbers [re, im], NaN and infinity None.
 
+    A field whose metadata say "absent" is left out where it stands at its default.
+
     Examples
     --------
     >>> plain({"value": np.float64(0.5), "pole": -1 + 2j, "missing": np.nan})
     {'value': 0.5, 'pole': [-1.0, 2.0], 'missing': None}
     """
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        return {f.name: plain(getattr(value, f.name)) for f in dataclasses.fields(value) if not f.name.startswith("_")}
+        shown = {f: getattr(value, f.name) for f in dataclasses.fields(value) if not f.name.startswith("_")}
+        return {f.name: plain(v) for f, v in shown.items() if not (f.metadata.get("absent") and v == f.default)}
     if isinstance(value, dict):
         return {str(key): plain(item) for key, item in value.items()}
     if isinstance(value, np.ndarray):

@@ -10,13 +10,14 @@ from workbench.design import design as module
 from workbench.design.design import design, refine
 from workbench.design.model import Box, Variation
 from workbench.design.refusal import refusal
-from workbench.design.requirement import QUANTITIES, Requirement, Verdict, judge
+from workbench.design.requirement import QUANTITIES, Requirement, judge
 from workbench.design.robust import robust_design
 from workbench.design.scheduled import Plan
 from workbench.design.solve import Outcome
 from workbench.design.verdict import verdicts
 from workbench.errors import InfeasibleError, InputError
 from workbench.files.problem import load_problem
+from workbench.goals.verdict import Verdict
 from workbench.study.definition import Parameter, Study
 from workbench.study.designs import designed
 

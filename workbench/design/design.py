@@ -16,11 +16,11 @@ from workbench.control import Gains
 from workbench.control.gains import GAIN_NAMES
 from workbench.design.problem import Problem
 from workbench.design.refusal import refusal
-from workbench.design.requirement import Verdict
 from workbench.design.solve import Outcome, finish, least_violation, relaxed, stable_start
 from workbench.design.steering import Programme
 from workbench.design.verdict import verdicts
 from workbench.errors import BudgetEnded, InputError
+from workbench.goals.verdict import Verdict
 from workbench.machine.budget import NEVER, Deadline, current, keeping
 from workbench.machine.threads import one_thread
 from workbench.result import Result, Row

@@ -6,8 +6,9 @@ what was looked at: (analysis, verdicts) of each --the one that misses least--> 
 from collections.abc import Sequence
 
 from workbench.analysis.analysis import Analysis
-from workbench.design.requirement import Requirement, Verdict
+from workbench.design.requirement import Requirement
 from workbench.errors import InfeasibleError
+from workbench.goals.verdict import Verdict
 
 NAMED = 4  # requirements at most in one sentence
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from workbench.errors import InputError, unknown_name
-from workbench.result import Result, Row
+from workbench.goals.verdict import CLOSE_ENOUGH, Verdict, shortfall
 
 MOTOR_CURRENT = "motor current at mean + 3σ"
 # name: (sense, unit, key in data files, factor from the key's unit to SI)
@@ -33,7 +33,6 @@ QUANTITIES = {
 }
 RIDE_MASKS = {"vertical ride mask ratio": "vertical", "lateral ride mask ratio": "lateral"}  # name to direction
 STABLE_DECAY = 1e-3  # [1/s] kept by a design even where no decay rate is asked for
-CLOSE_ENOUGH = 1e-9  # relative; a value at its limit to nine digits is met
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,37 +61,7 @@ class Requirement:
 
     def shortfall(self, value: float) -> float:
         """By which fraction of the limit a value misses it; negative or zero where it is met."""
-        gap = value / self.limit - 1.0
-        return gap if self.sense == "<=" else -gap
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
-class Verdict(Result):
-    """A requirement held against an exact value: what was asked, what is, whether it is met, where it is tightest."""
-
-    name: str
-    sense: str
-    limit: float
-    value: float | None
-    unit: str
-    met: bool
-    where: str
-
-    def rows(self) -> list[Row]:
-        return [
-            ("requirement", f"{self.name} {self.sense} {self.limit:g}", self.unit),
-            ("value", self.value, self.unit),
-            ("met", self.met, ""),
-            ("where", self.where, ""),
-        ]
-
-    def sentence(self) -> str:
-        """How the requirement misses, for a person."""
-        value = "no value" if self.value is None else f"{self.value:.4g} {self.unit}".removesuffix(" 1")
-        return (
-            f"{self.name!r} must be {self.sense} {self.limit:g} {self.unit}".removesuffix(" 1")
-            + f"; best found {value} ({self.where})"
-        )
+        return shortfall(self.sense, self.limit, value)
 
 
 def strictest(requirements: Iterable[Requirement]) -> dict[str, float]:

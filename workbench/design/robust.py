@@ -33,13 +33,13 @@ from workbench.design.family import Family, SharedChart
 from workbench.design.model import Model, Variation, sentence
 from workbench.design.problem import Problem
 from workbench.design.refusal import in_words, miss, unstable
-from workbench.design.requirement import Verdict
 from workbench.design.solve import Outcome, finish, least_violation, minimise
 from workbench.design.steering import Programme
 from workbench.design.verdict import verdicts
 from workbench.design.worst import Search, Worst, judged_model, same_model
 from workbench.design.worst import in_words as worst_in_words
 from workbench.errors import InfeasibleError, InputError
+from workbench.goals.verdict import Verdict
 from workbench.machine.budget import keeping
 from workbench.machine.threads import one_thread
 from workbench.result import Result, Row, figure

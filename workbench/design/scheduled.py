@@ -22,12 +22,13 @@ from workbench.design.family import Family, PolynomialChart
 from workbench.design.model import STABILITY, Model
 from workbench.design.problem import Problem
 from workbench.design.refusal import in_words
-from workbench.design.requirement import Requirement, Verdict
+from workbench.design.requirement import Requirement
 from workbench.design.solve import Outcome, finish
 from workbench.design.speed_family import PlantFamily, plant_family
 from workbench.design.steering import Programme
 from workbench.design.verdict import margin_verdicts, verdicts
 from workbench.errors import InfeasibleError, InputError
+from workbench.goals.verdict import Verdict
 from workbench.machine.budget import current, heed, keeping
 from workbench.machine.threads import one_thread
 from workbench.result import Result, Row

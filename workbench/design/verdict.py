@@ -15,8 +15,9 @@ from workbench.analysis.comfort_summary import comfort_summary
 from workbench.analysis.mode import REAL
 from workbench.control import Gains
 from workbench.design.problem import Problem
-from workbench.design.requirement import MOTOR_CURRENT, RIDE_MASKS, Verdict, judge
+from workbench.design.requirement import MOTOR_CURRENT, RIDE_MASKS, judge
 from workbench.errors import InputError
+from workbench.goals.verdict import Verdict
 from workbench.lti.margin import channel_margin
 from workbench.lti.norm import peak_gain
 

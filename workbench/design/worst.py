@@ -14,9 +14,10 @@ from workbench.analysis.analysis import analyse
 from workbench.control import Gains
 from workbench.design.model import SENSORS, STABILITY, Box, Model, Variation, model_of, sentence
 from workbench.design.problem import Problem
-from workbench.design.requirement import Requirement, Verdict
+from workbench.design.requirement import Requirement
 from workbench.design.screening import Screening
 from workbench.design.verdict import margin_verdicts, verdicts
+from workbench.goals.verdict import Verdict
 from workbench.machine.budget import heed
 from workbench.result import Result, Row
 

@@ -18,9 +18,9 @@ from workbench.analysis.spectra import Spectra, response_spectra
 from workbench.compiled import Buffered
 from workbench.control.gains import GAIN_NAMES, TIME_CONSTANTS, Gains
 from workbench.design.problem import Problem
-from workbench.design.requirement import Verdict
 from workbench.design.verdict import verdicts
 from workbench.errors import unknown_name
+from workbench.goals.verdict import Verdict
 from workbench.result import Result, Row
 
 SHOWN_HZ = np.geomspace(0.03, 30.0, 121)  # of the spectra: an eighth-octave each, what a picture can show

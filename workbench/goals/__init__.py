@@ -1,19 +1,15 @@
-"""Every kind of goal by one import: poles, gains, loop shapes, margins, sectors, noise, time responses."""
+"""Goals: one file a kind. `workbench.goals.Gain` and every other class by its name; they load when first asked for."""
 
-from workbench.goals.gain import Gain, Tracking, WeightedGain
-from workbench.goals.goal import Bound, Goal, Value
-from workbench.goals.loop_shape import LoopShape, MaxLoopGain, MinLoopGain, Rejection, Sensitivity
-from workbench.goals.margin import DelayMargin, Margins
-from workbench.goals.poles import ControllerPoles, Poles
-from workbench.goals.sector import ConicSector, Passivity, WeightedPassivity
-from workbench.goals.spectrum import RmsLimit, Spectrum
-from workbench.goals.time import Overshoot, StepRejection
-from workbench.goals.tracking import StepTracking, Transient
-from workbench.goals.variance import Variance, WeightedVariance
+from typing import TYPE_CHECKING
 
-__all__ = [
-    "Bound", "ConicSector", "ControllerPoles", "DelayMargin", "Gain", "Goal", "LoopShape", "Margins", "MaxLoopGain",
-    "MinLoopGain", "Overshoot", "Passivity", "Poles", "Rejection", "RmsLimit", "Sensitivity", "Spectrum",
-    "StepRejection", "StepTracking", "Tracking", "Transient", "Value", "Variance", "WeightedGain", "WeightedPassivity",
-    "WeightedVariance",
-]  # fmt: skip
+if TYPE_CHECKING:
+    from workbench.goals.kinds import *  # noqa: F403
+
+
+def __getattr__(name: str):
+    """A class of goals."""
+    if not name[:1].isupper():
+        raise AttributeError(name)
+    from workbench.goals import kinds
+
+    return getattr(kinds, name)

@@ -6,14 +6,16 @@
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.goals.goal import NEAR, Bound, Goal, positive, some_names
+from workbench.goals.goal import NEAR, Asked, Bound, Goal, constant_limit, positive, some_names
+from workbench.goals.key import Key, magnitude, weight
 from workbench.goals.peak import Axis, PeakMeasure, Piece
+from workbench.goals.registry import register
 from workbench.lti.end import first_terms, limit, over_steep, size_at_end
 from workbench.lti.peak_ceiling import Ceiling, enclosure, gain_ceiling
 from workbench.lti.realisation import Realisation
@@ -21,6 +23,7 @@ from workbench.lti.series import difference, series
 from workbench.lti.weight import Filter, Profile, ProfileLike, WeightLike, filter_of, profile_of
 
 
+@register
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Gain(Goal):
     """The largest gain from inputs to outputs stays below a limit: value = sup σ_max(T)/|limit|.
@@ -32,21 +35,30 @@ class Gain(Goal):
         In units of the outputs per unit of the inputs.
     """
 
-    inputs: tuple[str, ...]
-    outputs: tuple[str, ...]
+    kind, proof = "gain", "peak gain"
+    keys = magnitude("limit")
+
+    inputs: tuple[str, ...] = field(kw_only=False)
+    outputs: tuple[str, ...] = field(kw_only=False)
     limit: ProfileLike = 1.0
 
     def __post_init__(self) -> None:
         check_signals(self)
-        object.__setattr__(self, "limit", profile_of("limit", self.limit))
+        profile_of("limit", self.limit)
         Goal.__post_init__(self)
+
+    def asked(self) -> Asked:
+        return constant_limit(self.limit)
 
     def bind(self, loop: Any) -> Bound:
         """The goal on one loop."""
         channel = loop.channel(inputs=self.inputs, outputs=self.outputs, openings=self.openings)
-        return Bound(self, PeakMeasure(channel, GainShape.of(channel, profile=self.limit), self.focus))
+        return Bound(
+            self, PeakMeasure(channel, GainShape.of(channel, profile=profile_of("limit", self.limit)), self.focus)
+        )
 
 
+@register
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WeightedGain(Goal):
     """sup σ_max(L T W) with filters L after the outputs (`left`) and W before the inputs (`right`).
@@ -58,8 +70,11 @@ class WeightedGain(Goal):
         Stable; scalar ones apply to every signal.
     """
 
-    inputs: tuple[str, ...]
-    outputs: tuple[str, ...]
+    kind = "weighted_gain"
+    keys = (*weight("left"), *weight("right"))
+
+    inputs: tuple[str, ...] = field(kw_only=False)
+    outputs: tuple[str, ...] = field(kw_only=False)
     left: WeightLike = 1.0
     right: WeightLike = 1.0
 
@@ -75,6 +90,7 @@ class WeightedGain(Goal):
         return Bound(self, PeakMeasure(channel, shape, self.focus))
 
 
+@register
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Tracking(Goal):
     """The tracking error T − I stays below a profile: sup σ_max(T − I)/|e(jω)|, e = (peak s + dc ω_c)/(s + ω_c).
@@ -93,8 +109,11 @@ class Tracking(Goal):
         Sizes of the references (units); 1 if left out.
     """
 
-    inputs: tuple[str, ...]
-    outputs: tuple[str, ...]
+    kind = "tracking"
+    keys = (Key("response_time_s", "response_time"), Key("dc_error"), Key("peak_error"), Key("scale"))
+
+    inputs: tuple[str, ...] = field(kw_only=False)
+    outputs: tuple[str, ...] = field(kw_only=False)
     response_time: float
     dc_error: float = 1e-3
     peak_error: float = 1.0

@@ -8,24 +8,34 @@ optimiser: fast, with the exact gradient of every piece near the largest (a peak
 of several is not smooth. `exact` decides: another algorithm, a certified bracket where there is one, and `method` says
 which. A value that does not exist (an unstable loop) is infinite and carries its sentence in `reason`.
 
-The rooms: goal_poles (decay, damping, radius), goal_gain (H∞ of a channel), goal_loop (sensitivity, rejection, loop
-gain), goal_margin (disk and delay margins), goal_sector (passivity, conic sectors), goal_variance (H2, rms),
-goal_spectrum (PSD mask), goal_time (overshoot, step rejection), goal_tracking (against a reference model).
+    Goal --steer(point)--> rows >= 0 where met, with gradients --judge(loop)--> Verdicts --promise(verdict)--> Promise
+
+is what every kind answers, a vehicle's requirements (`goals.ride`) too; `goals.registry` finds a kind by its word.
+
+The rooms: poles (decay, damping, radius), gain (H∞ of a channel), loop_shape (sensitivity, rejection, loop gain),
+margin (disk and delay margins), sector (passivity, conic sectors), variance (H2, rms), spectrum (PSD mask), time
+(overshoot, step rejection), tracking (against a reference model).
 """
 
 import math
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import MISSING, dataclass, fields
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
 import numpy as np
 
 from workbench.errors import InputError
+from workbench.goals.key import HERTZ, Key
+from workbench.goals.promise import Promise, Sense, Subject, kept_limit
+from workbench.goals.verdict import Verdict
 from workbench.result import Result, Row
 
 if TYPE_CHECKING:
     from workbench.control.structure.block import Controller
+    from workbench.control.structure.loop import Loop
+    from workbench.control.structure.structure import Structure
 
+Rows = list[tuple[str, np.ndarray, np.ndarray]]  # label, values (k,) >= 0 where met, gradients (k, parameters)
 NEAR = 0.01  # pieces within 1 % of the largest go to the optimiser with it
 FULL_BAND = (0.0, math.inf)
 
@@ -52,12 +62,39 @@ class Value(Result):
         if math.isnan(self.upper):
             object.__setattr__(self, "upper", self.value)
 
+    def where(self) -> str:
+        """Where it binds, else why there is no value, in words."""
+        words = [f"{self.frequency:.4g} rad/s"] if self.frequency is not None else []
+        words += [f"{self.time:.4g} s"] if self.time is not None else []
+        words += [self.channel] if self.channel else []
+        return ", ".join(words + ([self.reason] if self.reason and not math.isfinite(self.value) else []))
+
     def rows(self) -> list[Row]:
         """Value, where it binds, how it was found."""
         shown: list[Row] = [("value", self.value, ""), ("upper bound", self.upper, "")]
         shown += [("frequency", self.frequency, "rad/s")] if self.frequency is not None else []
         shown += [("time", self.time, "s")] if self.time is not None else []
         return shown + [(k, v, "") for k, v in (("channel", self.channel), ("reason", self.reason)) if v]
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """What a goal asks in its own unit, and how a normalised measure is said in it.
+
+    value : the measure (1 at the limit) to the goal's own quantity
+    """
+
+    sense: Sense = "<="
+    limit: float = 1.0
+    unit: str = "1"
+    value: Callable[[float], float] = float
+
+
+def constant_limit(limit: Any) -> Asked:
+    """What a goal with a constant limit asks; against a profile the measure stays normalised."""
+    if not isinstance(limit, int | float | np.number):
+        return Asked()
+    return Asked(limit=float(limit), value=lambda v: v * float(limit))
 
 
 def infinite(reason: str, *, method: str = "") -> Value:
@@ -73,9 +110,35 @@ class Measure(Protocol):
     def exact(self, K: "Controller") -> Value: ...
 
 
+@dataclass(frozen=True, slots=True)
+class Closed:
+    """Loops of one structure, one per model, closed by one controller: what a control goal is judged on."""
+
+    loops: tuple["Loop", ...]
+    controller: "Controller"
+
+
+@dataclass(frozen=True, slots=True)
+class Steered:
+    """The same at parameters theta (n,), which the gradients of the rows are by: what a control goal is steered on."""
+
+    loops: tuple["Loop", ...]
+    structure: "Structure"
+    theta: np.ndarray
+
+
+COMMON = (Key("name"), Key("hard"), Key("models"), Key("openings"), Key(
+    "focus_hz", "focus", read=lambda band: tuple(HERTZ * float(f) for f in band),
+    written=lambda band: [w / HERTZ for w in band],
+))  # fmt: skip
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Goal:
     """What all goals have in common.
+
+    kind, keys : the word of the kind in data files, and the keys of its own there
+    sense, unit : of the limit, where they are the same for all goals of a kind
 
     Parameters
     ----------
@@ -90,6 +153,12 @@ class Goal:
     focus : (low, high) [rad/s]
         The band it looks at; everything if left out.
     """
+
+    kind: ClassVar[str] = ""
+    proof: ClassVar[str] = ""  # kind of promise; the goal's own kind if left out
+    keys: ClassVar[tuple[Key, ...]] = ()
+    sense: ClassVar[str] = "<="
+    unit: ClassVar[str] = "1"
 
     name: str = ""
     hard: bool = False
@@ -109,7 +178,10 @@ class Goal:
             )
         object.__setattr__(self, "focus", band)
         if not self.name:
-            object.__setattr__(self, "name", " ".join([type(self).__name__, *self._signals()]))
+            object.__setattr__(self, "name", self._usual_name())
+
+    def _usual_name(self) -> str:
+        return " ".join([type(self).__name__, *self._signals()])
 
     def _signals(self) -> list[str]:
         """Names that tell this goal from another of its kind."""
@@ -124,9 +196,88 @@ class Goal:
         """Whether a model is among those this goal speaks of."""
         return self.models is None or model in self.models
 
-    def bind(self, loop: Any) -> "Bound":
-        """The goal measured on one loop; every kind defines it."""
+    # ---- in data files
+
+    @classmethod
+    def all_kinds(cls) -> tuple[str, ...]:
+        """The kinds of this class: one, unless it measures one quantity at several places."""
+        return (cls.kind,)
+
+    @classmethod
+    def all_keys(cls, kind: str) -> tuple[Key, ...]:
+        """Every key of a data file for one of its kinds."""
+        own = {f.name for f in fields(cls)}
+        return (*(Key(name) for name in ("inputs", "outputs", "points") if name in own), *cls.keys, *COMMON)
+
+    @classmethod
+    def of_kind(cls, kind: str, values: dict[str, Any]) -> "Goal":
+        """The goal with given fields."""
+        return cls(**values)
+
+    def stated(self) -> dict[str, Any]:
+        """Fields that do not stand at their default, with their values."""
+        found = {f.name: getattr(self, f.name) for f in fields(self)}
+        usual = {f.name: self._usual_name() if f.name == "name" else f.default for f in fields(self)}
+        return {n: v for n, v in found.items() if usual[n] is MISSING or not np.array_equal(v, usual[n])}
+
+    # ---- to steer, to judge, to promise
+
+    def bind(self, loop: "Loop") -> "Bound":
+        """The goal measured on one loop; every kind of control goal defines it."""
         raise TypeError(f"{type(self).__name__} must define bind()")  # a defect of ours, not of the input
+
+    def asked(self) -> Asked:
+        """The limit in the goal's own unit; a number that is at most 1 where it has none."""
+        return Asked()
+
+    def steer(self, point: Any) -> Rows:
+        """The near-active pieces as rows 1 − value with gradients by theta, model by model.
+
+        point : `Steered`; a model on which the goal has no value gives no row
+        """
+        rows, K = [], point.structure.controller(point.theta)
+        for loop in point.loops:
+            found = self.bind(loop).evaluate(K) if self.holds_for(loop.name) else None
+            if found is not None and found.gradients:
+                values = np.array([1 - value for value, _ in found.gradients])
+                slopes = np.array([-point.structure.pullback(point.theta, G) for _, G in found.gradients])
+                rows.append((f"{self.name} of {loop.name}", values, slopes))
+        return rows
+
+    def judge(self, loop: Any) -> tuple[Verdict, ...]:
+        """The verdict on the model where the exact value is largest; loop : `Closed`."""
+        found = [(self.bind(one).exact(loop.controller), one.name) for one in loop.loops if self.holds_for(one.name)]
+        if not found:
+            raise InputError(f"goal {self.name!r} must hold for a model that is given. Mend its models.")
+        value, model = max(found, key=lambda pair: (pair[0].upper, pair[0].value))
+        return (self.verdict(value, model),)
+
+    def verdict(self, value: "Value", model: str) -> Verdict:
+        """An exact value in the goal's own unit."""
+        asked = self.asked()
+        own = asked.value(value.value) if math.isfinite(value.value) else None
+        upper = asked.value(value.upper) if math.isfinite(value.upper) else None
+        return Verdict(
+            name=self.name, sense=asked.sense, limit=asked.limit, value=own, unit=asked.unit, met=value.upper <= 1,
+            where=value.where(), model=model, method=value.method, upper=upper,
+        )  # fmt: skip
+
+    def promise(self, verdict: Verdict) -> Promise | None:
+        """What a table promises of a verdict: the limit asked for, else what was reached; None where nothing is.
+
+        The kind's own word has a proof in `verify/promises` or none; then `verify` says that it is not proved.
+        """
+        reached = verdict.value if verdict.upper is None else verdict.upper
+        limit = None if reached is None else kept_limit(verdict.limit, reached, verdict.sense)
+        return None if limit is None else self.promised(self.proof or self.kind, verdict.sense, limit)
+
+    def promised(self, kind: str, sense: Sense, limit: float) -> Promise:
+        """A promise of what this goal looks at."""
+        subject = Subject(
+            inputs=getattr(self, "inputs", ()), outputs=getattr(self, "outputs", ()), openings=self.openings,
+            points=getattr(self, "points", ()), models=self.models or (), band=self.focus,
+        )  # fmt: skip
+        return Promise(kind, sense, limit, subject)
 
 
 @dataclass(frozen=True, slots=True)

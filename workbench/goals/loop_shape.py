@@ -9,21 +9,24 @@ maximum where it is below: near the crossover margins decide.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from workbench.errors import InputError
 from workbench.goals.gain import GainShape
-from workbench.goals.goal import NEAR, Bound, Goal, Largest, positive, some_names
+from workbench.goals.goal import NEAR, Asked, Bound, Goal, Largest, constant_limit, positive, some_names
+from workbench.goals.key import HERTZ, Key, magnitude
 from workbench.goals.peak import Axis, PeakMeasure, Piece
+from workbench.goals.registry import register
 from workbench.lti.end import first_terms, limit, size_at_end
 from workbench.lti.peak_ceiling import Ceiling, enclosure, loop_ceiling
 from workbench.lti.realisation import Realisation
 from workbench.lti.weight import Profile, ProfileLike, profile_of
 
 
+@register
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sensitivity(Goal):
     """The sensitivity at points stays below a limit: sup σ_max(S)/|limit|.
@@ -31,20 +34,29 @@ class Sensitivity(Goal):
     points : names; limit : number above 0, scalar transfer function or breakpoints {ω: magnitude}.
     """
 
-    points: tuple[str, ...]
+    kind, proof = "sensitivity", "peak sensitivity"
+    keys = magnitude("limit")
+
+    points: tuple[str, ...] = field(kw_only=False)
     limit: ProfileLike = 2.0
 
     def __post_init__(self) -> None:
         _points(self)
-        object.__setattr__(self, "limit", profile_of("limit", self.limit))
+        profile_of("limit", self.limit)
         Goal.__post_init__(self)
+
+    def asked(self) -> Asked:
+        return constant_limit(self.limit)
 
     def bind(self, loop: Any) -> Bound:
         """The goal on one loop."""
         channel = loop.sensitivity(self.points, self.openings)
-        return Bound(self, PeakMeasure(channel, GainShape.of(channel, profile=self.limit), self.focus))
+        return Bound(
+            self, PeakMeasure(channel, GainShape.of(channel, profile=profile_of("limit", self.limit)), self.focus)
+        )
 
 
+@register
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Rejection(Goal):
     """Disturbances at points are attenuated by at least a factor: sup σ_max(S)·|attenuation|.
@@ -53,57 +65,75 @@ class Rejection(Goal):
     every frequency, where no loop can be above 1 for ever: give a focus band or a profile.
     """
 
-    points: tuple[str, ...]
+    kind = "rejection"
+    keys = magnitude("attenuation")
+
+    points: tuple[str, ...] = field(kw_only=False)
     attenuation: ProfileLike
 
     def __post_init__(self) -> None:
         _points(self)
-        object.__setattr__(self, "attenuation", profile_of("attenuation", self.attenuation))
+        profile_of("attenuation", self.attenuation)
         Goal.__post_init__(self)
 
     def bind(self, loop: Any) -> Bound:
         """The goal on one loop."""
         channel = loop.sensitivity(self.points, self.openings)
-        shape = GainShape.of(channel, profile=self.attenuation, power=1)
+        shape = GainShape.of(channel, profile=profile_of("attenuation", self.attenuation), power=1)
         return Bound(self, PeakMeasure(channel, shape, self.focus))
 
 
+@register
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MinLoopGain(Goal):
     """σ_min(L) is at least a profile wherever the profile is above 1: sup |profile|/σ_min(L)."""
 
-    points: tuple[str, ...]
+    kind = "min_loop_gain"
+    keys = magnitude("profile")
+
+    points: tuple[str, ...] = field(kw_only=False)
     profile: ProfileLike
 
     def __post_init__(self) -> None:
         _points(self)
-        object.__setattr__(self, "profile", profile_of("profile", self.profile))
+        profile_of("profile", self.profile)
         Goal.__post_init__(self)
 
     def bind(self, loop: Any) -> Bound:
         """The goal on one loop."""
         channel = loop.sensitivity(self.points, self.openings)
-        return Bound(self, PeakMeasure(channel, LoopGainShape(self.profile, 1, 1.0, self.points), self.focus))
+        return Bound(
+            self,
+            PeakMeasure(channel, LoopGainShape(profile_of("profile", self.profile), 1, 1.0, self.points), self.focus),
+        )
 
 
+@register
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MaxLoopGain(Goal):
     """σ_max(L) is at most a profile wherever the profile is below 1: sup σ_max(L)/|profile|."""
 
-    points: tuple[str, ...]
+    kind = "max_loop_gain"
+    keys = magnitude("profile")
+
+    points: tuple[str, ...] = field(kw_only=False)
     profile: ProfileLike
 
     def __post_init__(self) -> None:
         _points(self)
-        object.__setattr__(self, "profile", profile_of("profile", self.profile))
+        profile_of("profile", self.profile)
         Goal.__post_init__(self)
 
     def bind(self, loop: Any) -> Bound:
         """The goal on one loop."""
         channel = loop.sensitivity(self.points, self.openings)
-        return Bound(self, PeakMeasure(channel, LoopGainShape(self.profile, -1, 1.0, self.points), self.focus))
+        return Bound(
+            self,
+            PeakMeasure(channel, LoopGainShape(profile_of("profile", self.profile), -1, 1.0, self.points), self.focus),
+        )
 
 
+@register
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LoopShape(Goal):
     """The loop gain follows a target: at least target/δ where that is above 1, at most target·δ where that is below 1.
@@ -120,7 +150,10 @@ class LoopShape(Goal):
     Between the two, around the crossover, the gain is free; the value says how far outside it is, as a factor.
     """
 
-    points: tuple[str, ...]
+    kind = "loop_shape"
+    keys = (*magnitude("target"), Key("crossover_hz", "crossover", HERTZ), Key("tolerance_db"))
+
+    points: tuple[str, ...] = field(kw_only=False)
     target: ProfileLike = None
     crossover: float | None = None
     tolerance_db: float = 6.0
@@ -131,20 +164,21 @@ class LoopShape(Goal):
             raise InputError(
                 f"LoopShape needs a target or a crossover, not both; got {self.target!r}, {self.crossover!r}."
             )
-        if self.crossover is not None:
-            shape = ([positive("crossover", self.crossover, "rad/s")], [1.0, 0.0])
-        else:
-            shape = self.target
-        object.__setattr__(self, "target", profile_of("target", shape))
+        self._wanted()
         object.__setattr__(self, "tolerance_db", positive("tolerance_db", self.tolerance_db, "dB"))
         Goal.__post_init__(self)
 
     def bind(self, loop: Any) -> Bound:
         """The goal on one loop."""
         channel = loop.sensitivity(self.points, self.openings)
-        delta = 10 ** (self.tolerance_db / 20)
-        shapes = [LoopGainShape(self.target, power, delta ** float(-power), self.points) for power in (1, -1)]
+        delta, target = 10 ** (self.tolerance_db / 20), self._wanted()
+        shapes = [LoopGainShape(target, power, delta ** float(-power), self.points) for power in (1, -1)]
         return Bound(self, Largest(tuple(PeakMeasure(channel, shape, self.focus) for shape in shapes)))
+
+    def _wanted(self) -> Profile:
+        if self.crossover is None:
+            return profile_of("target", self.target)
+        return profile_of("target", ([positive("crossover", self.crossover, "rad/s")], [1.0, 0.0]))
 
 
 def _points(goal: Any) -> None:

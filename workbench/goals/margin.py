@@ -8,15 +8,19 @@ An unstable loop has no margins: its value is infinite.
 """
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from workbench.errors import InputError
 from workbench.goals.gain import GainShape
-from workbench.goals.goal import NEAR, Bound, Goal, Largest, Value, infinite, near, positive, some_names
+from workbench.goals.goal import NEAR, Asked, Bound, Goal, Largest, Value, infinite, near, positive, some_names
+from workbench.goals.key import Key
 from workbench.goals.peak import Axis, PeakMeasure, Piece, Sampled, sampled
+from workbench.goals.promise import Promise
+from workbench.goals.registry import register
+from workbench.goals.verdict import Verdict
 from workbench.lti.disk import disk_margin
 from workbench.lti.mu import gradient, lower, scalings
 from workbench.lti.peak_bound import CLOSE
@@ -39,6 +43,7 @@ NO_SAMPLE = "the loop gain is 1 or more up to the Nyquist frequency and one more
 NO_ROLL_OFF = "the loop gain is 1 or more at all high frequencies; any dead time is too long."
 
 
+@register
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Margins(Goal):
     """Gain and phase at all points may change at the same time, independently, by a margin.
@@ -54,7 +59,10 @@ class Margins(Goal):
     The stricter of the two counts. value = α sup μ(S − I/2) = α over the disk margin.
     """
 
-    points: tuple[str, ...]
+    kind = "margins"
+    keys = (Key("gain_db"), Key("phase_deg"))
+
+    points: tuple[str, ...] = field(kw_only=False)
     gain_db: float = 0.0
     phase_deg: float = 0.0
 
@@ -73,6 +81,15 @@ class Margins(Goal):
         factor = 10 ** (self.gain_db / 20)
         return max(2 * (factor - 1) / (factor + 1), 2 * math.tan(math.radians(self.phase_deg) / 2))
 
+    def asked(self) -> Asked:
+        """The stricter of the two, in its own unit."""
+        if reached_phase(self.alpha) <= self.phase_deg * (1 + 1e-12):
+            return Asked(">=", self.phase_deg, "deg", lambda v: reached_phase(self.alpha / v if v else math.inf))
+        return Asked(">=", self.gain_db, "dB", lambda v: reached_gain(self.alpha / v if v else math.inf))
+
+    def promise(self, verdict: Verdict) -> Promise | None:
+        return self.promised("disk margin", ">=", self.alpha) if verdict.met else None
+
     def bind(self, loop: Any) -> Bound:
         """The goal on one loop."""
         channel = loop.sensitivity(self.points, self.openings)
@@ -84,6 +101,16 @@ class Margins(Goal):
             )
         close = CLOSE if count == 2 else MU_CLOSE
         return Bound(self, DiskMeasure(PeakMeasure(channel, MuShape(self.alpha, self.points), self.focus, close)))
+
+
+def reached_phase(alpha: float) -> float:
+    """Phase [degrees] either way that a disk margin allows."""
+    return math.degrees(2 * math.atan(alpha / 2))
+
+
+def reached_gain(alpha: float) -> float:
+    """Gain up and down [dB] that a disk margin allows; infinite from 2 on."""
+    return 20 * math.log10((2 + alpha) / (2 - alpha)) if alpha < 2 else math.inf
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -152,6 +179,7 @@ class DiskMeasure:
         )  # fmt: skip
 
 
+@register
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DelayMargin(Goal):
     """Each point bears a further dead time while the others stay closed: value = delay/(smallest that destabilises).
@@ -161,7 +189,10 @@ class DelayMargin(Goal):
     The measure jumps where a further crossing of |L_i| = 1 appears.
     """
 
-    points: tuple[str, ...]
+    kind, proof = "delay_margin", "delay margin"
+    keys = (Key("delay_s", "delay"),)
+
+    points: tuple[str, ...] = field(kw_only=False)
     delay: float
 
     def __post_init__(self) -> None:
@@ -169,6 +200,9 @@ class DelayMargin(Goal):
         object.__setattr__(self, "delay", positive("delay", self.delay, "s"))
         no_focus(self)
         Goal.__post_init__(self)
+
+    def asked(self) -> Asked:
+        return Asked(">=", self.delay, "s", lambda v: self.delay / v if v else math.inf)
 
     def bind(self, loop: Any) -> Bound:
         """The goal on one loop."""

@@ -16,8 +16,12 @@ import numpy as np
 
 from workbench.control.structure.modes import Modes, eigenvalues
 from workbench.errors import InputError
-from workbench.goals.goal import FULL_BAND, NEAR, Bound, Goal, Value, infinite, near
+from workbench.goals.goal import FULL_BAND, NEAR, Asked, Bound, Goal, Value, infinite, near
+from workbench.goals.key import HERTZ, Key
+from workbench.goals.promise import Promise
+from workbench.goals.registry import register
 from workbench.goals.roots import COUNTED, check_focus, root_limits
+from workbench.goals.verdict import Verdict
 from workbench.lti.realisation import state_scale
 
 if TYPE_CHECKING:
@@ -27,6 +31,7 @@ FIRST_SLACK, LAST_SLACK = 1e-9, 1e-2  # of a region's level, between which a Lya
 VANISHED = 1e-30  # |z| of a pole so fast that log z says nothing
 
 
+@register
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Poles(Goal):
     """Closed-loop poles decay fast enough, are damped well enough and are not too fast.
@@ -45,6 +50,9 @@ class Poles(Goal):
     At least one of the three must be given.
     """
 
+    kind = "poles"
+    keys = (Key("decay_per_s", "decay"), Key("damping"), Key("frequency_hz", "frequency", HERTZ))
+
     decay: float | None = None
     damping: float | None = None
     frequency: float | None = None
@@ -52,6 +60,16 @@ class Poles(Goal):
     def __post_init__(self) -> None:
         Goal.__post_init__(self)
         _check_region(self)
+
+    def asked(self) -> Asked:
+        return _asked(self)
+
+    def promise(self, verdict: Verdict) -> Promise | None:
+        """One limit alone; of several at once nothing is promised."""
+        word = {"1/s": "decay rate", "1": "damping ratio", "rad/s": "pole frequency"}[verdict.unit]
+        one = verdict.limit if verdict.met else None
+        several = self.asked() == Asked()
+        return None if several or one is None else self.promised(word, verdict.sense, one)
 
     def bind(self, loop: Any) -> Bound:
         """The goal on the closed loop with `openings` open."""
@@ -62,9 +80,13 @@ class Poles(Goal):
         return Bound(self, PoleMeasure(region(self), channel))
 
 
+@register
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ControllerPoles(Goal):
     """The same three limits on the poles of the controller; a controller without states meets them."""
+
+    kind = "controller_poles"
+    keys = Poles.keys
 
     decay: float | None = None
     damping: float | None = None
@@ -73,6 +95,9 @@ class ControllerPoles(Goal):
     def __post_init__(self) -> None:
         Goal.__post_init__(self)
         _check_region(self)
+
+    def asked(self) -> Asked:
+        return _asked(self)
 
     def bind(self, loop: Any) -> Bound:
         """The goal on the controller alone; the loop gives the sample time."""
@@ -106,6 +131,19 @@ class Region:
 def region(goal: Poles | ControllerPoles) -> Region:
     """The limits of a goal."""
     return Region(goal.decay, goal.damping, goal.frequency, goal.focus)
+
+
+def _asked(goal: Poles | ControllerPoles) -> Asked:
+    """The one limit in its own unit; several are normalised, since the largest of them counts."""
+    if (goal.decay is not None) + (goal.damping is not None) + (goal.frequency is not None) > 1:
+        return Asked()
+    if goal.decay is not None:
+        decay = goal.decay
+        return Asked(">=", decay, "1/s", lambda v: decay - (v - 1) * (decay or 1.0))
+    if goal.damping is not None:
+        damping = goal.damping
+        return Asked(">=", damping, "1", lambda v: damping * (2 - v))
+    return Asked("<=", goal.frequency or 1.0, "rad/s", lambda v: v * (goal.frequency or 1.0))
 
 
 def _check_region(goal: Poles | ControllerPoles) -> None:

@@ -10,7 +10,7 @@ boundary is in `goal_scattering`.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -18,7 +18,9 @@ import numpy as np
 from workbench.errors import InputError
 from workbench.goals.gain import check_pairs, check_signals, check_weights
 from workbench.goals.goal import NEAR, Bound, Goal
+from workbench.goals.key import Key, weight
 from workbench.goals.peak import Axis, PeakMeasure, Piece
+from workbench.goals.registry import register
 from workbench.goals.scattering import SectorMeasure
 from workbench.lti.count import unstable_poles
 from workbench.lti.peak_ceiling import Ceiling, enclosure, sector_ceiling
@@ -30,6 +32,7 @@ WELL_CONDITIONED = 1e8  # of W₂'H(∞), so that its inverse is proper with eig
 FAST_ZERO = 1e8  # relative to ‖A‖: zeros beyond stand for infinity
 
 
+@register
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Passivity(Goal):
     """The channel is passive, or passive with a reserve: yᵀu ≥ input_index uᵀu + output_index yᵀy.
@@ -44,8 +47,11 @@ class Passivity(Goal):
     where that is approached from below.
     """
 
-    inputs: tuple[str, ...]
-    outputs: tuple[str, ...]
+    kind = "passivity"
+    keys = (Key("input_index"), Key("output_index"))
+
+    inputs: tuple[str, ...] = field(kw_only=False)
+    outputs: tuple[str, ...] = field(kw_only=False)
     input_index: float = 0.0
     output_index: float = 0.0
 
@@ -62,12 +68,16 @@ class Passivity(Goal):
         return Bound(self, SectorMeasure(PeakMeasure(channel, SectorShape.of(channel, matrix), self.focus)))
 
 
+@register
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WeightedPassivity(Goal):
     """L T W is passive, with filters L after the outputs and W before the inputs; else as `Passivity`."""
 
-    inputs: tuple[str, ...]
-    outputs: tuple[str, ...]
+    kind = "weighted_passivity"
+    keys = (*weight("left"), *weight("right"), *Passivity.keys)
+
+    inputs: tuple[str, ...] = field(kw_only=False)
+    outputs: tuple[str, ...] = field(kw_only=False)
     left: WeightLike = 1.0
     right: WeightLike = 1.0
     input_index: float = 0.0
@@ -96,6 +106,7 @@ class WeightedPassivity(Goal):
         )
 
 
+@register
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ConicSector(Goal):
     """The channel lies in a conic sector.
@@ -109,8 +120,11 @@ class ConicSector(Goal):
         Instead: symmetric Q of [y; u]ᵀ Q [y; u] < 0 with as many negative eigenvalues as there are inputs, none zero.
     """
 
-    inputs: tuple[str, ...]
-    outputs: tuple[str, ...]
+    kind = "conic_sector"
+    keys = (Key("sector", read=tuple), Key("matrix"))
+
+    inputs: tuple[str, ...] = field(kw_only=False)
+    outputs: tuple[str, ...] = field(kw_only=False)
     sector: tuple[float, float] | None = None
     matrix: Any = None
 

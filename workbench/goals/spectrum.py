@@ -9,7 +9,7 @@ the focus band is in rad/s like everywhere. A density given by breakpoints is ze
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,8 +17,10 @@ import numpy as np
 from workbench.constants import GRAVITY
 from workbench.errors import InputError
 from workbench.goals.gain import check_signals
-from workbench.goals.goal import NEAR, Bound, Goal, Value, infinite, positive
+from workbench.goals.goal import NEAR, Asked, Bound, Goal, Value, infinite, positive
+from workbench.goals.key import Key, magnitude
 from workbench.goals.peak import Axis, PeakMeasure, Piece, sampled
+from workbench.goals.registry import register
 from workbench.lti.end import first_terms, limit
 from workbench.lti.peak_ceiling import Ceiling, density_ceiling, enclosure
 from workbench.lti.peak_search import seeds
@@ -40,6 +42,7 @@ RADIANS = 400  # of a dead time's turn that panels follow one by one
 Densities = tuple[Profile, ...]
 
 
+@register
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Spectrum(Goal):
     """The PSD of every output stays under a mask: value = sup √(PSD/mask).
@@ -56,16 +59,19 @@ class Spectrum(Goal):
         "g" for a mask in g²/Hz and outputs in m/s².
     """
 
-    inputs: tuple[str, ...]
-    outputs: tuple[str, ...]
+    kind = "spectrum"
+    keys = (*magnitude("mask", square=True), *magnitude("density", square=True), Key("unit"))
+
+    inputs: tuple[str, ...] = field(kw_only=False)
+    outputs: tuple[str, ...] = field(kw_only=False)
     mask: ProfileLike
     density: Any = 1.0
     unit: str = "output"
 
     def __post_init__(self) -> None:
         check_signals(self)
-        object.__setattr__(self, "density", _densities(self.density, len(self.inputs)))
-        object.__setattr__(self, "mask", amplitude_of("mask", self.mask))
+        _densities(self.density, len(self.inputs))
+        amplitude_of("mask", self.mask)
         if self.unit not in UNITS:
             raise InputError(f"unit must be 'output' or 'g'; got {self.unit!r}. Use 'g' for masks in g²/Hz.")
         Goal.__post_init__(self)
@@ -73,10 +79,12 @@ class Spectrum(Goal):
     def bind(self, loop: Any) -> Bound:
         """The goal on one loop."""
         channel = loop.channel(inputs=self.inputs, outputs=self.outputs, openings=self.openings)
-        shape = DensityShape(self.density, self.mask, UNITS[self.unit], self.outputs)
+        densities = _densities(self.density, len(self.inputs))
+        shape = DensityShape(densities, amplitude_of("mask", self.mask), UNITS[self.unit], self.outputs)
         return Bound(self, PeakMeasure(channel, shape, self.focus))
 
 
+@register
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RmsLimit(Goal):
     """The rms of the outputs together, √(Σ_i ∫ PSD_i df) over the focus band, is at most a limit: value = rms/limit.
@@ -84,24 +92,31 @@ class RmsLimit(Goal):
     inputs, outputs, density, unit : as in `Spectrum`; limit : float, in the unit
     """
 
-    inputs: tuple[str, ...]
-    outputs: tuple[str, ...]
+    kind = "rms_limit"
+    keys = (Key("limit"), *magnitude("density", square=True), Key("unit"))
+
+    inputs: tuple[str, ...] = field(kw_only=False)
+    outputs: tuple[str, ...] = field(kw_only=False)
     limit: float
     density: Any = 1.0
     unit: str = "output"
 
     def __post_init__(self) -> None:
         check_signals(self)
-        object.__setattr__(self, "density", _densities(self.density, len(self.inputs)))
+        _densities(self.density, len(self.inputs))
         object.__setattr__(self, "limit", positive("limit", self.limit))
         if self.unit not in UNITS:
             raise InputError(f"unit must be 'output' or 'g'; got {self.unit!r}. Use 'g' for a limit in g.")
         Goal.__post_init__(self)
 
+    def asked(self) -> Asked:
+        return Asked("<=", self.limit, "g" if self.unit == "g" else "1", lambda v: self.limit * v)
+
     def bind(self, loop: Any) -> Bound:
         """The goal on one loop."""
         channel = loop.channel(inputs=self.inputs, outputs=self.outputs, openings=self.openings)
-        return Bound(self, RmsMeasure(channel, self.density, self.limit * UNITS[self.unit], self.focus))
+        densities = _densities(self.density, len(self.inputs))
+        return Bound(self, RmsMeasure(channel, densities, self.limit * UNITS[self.unit], self.focus))
 
 
 def amplitude_of(what: str, value: ProfileLike) -> Profile:

@@ -10,16 +10,18 @@ next (goal_history) where `evaluate` has Padé fractions.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from workbench.errors import InputError
 from workbench.goals.gain import check_pairs, check_signals
-from workbench.goals.goal import NEAR, Bound, Goal, Largest, Value, infinite, near, positive, stability_reason
+from workbench.goals.goal import NEAR, Asked, Bound, Goal, Largest, Value, infinite, near, positive, stability_reason
 from workbench.goals.history import BY_STEPS, delayed_pieces, unjudged
+from workbench.goals.key import Key
 from workbench.goals.margin import no_focus
+from workbench.goals.registry import register
 from workbench.lti.modes import largest, step_response
 from workbench.lti.realisation import Realisation
 from workbench.lti.step import Steps, final_value, first_sample, step_gradient
@@ -30,6 +32,7 @@ if TYPE_CHECKING:
 ENDS_AT_ZERO = "the step response ends at zero, so its overshoot has no measure; use StepRejection."
 
 
+@register
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Overshoot(Goal):
     """A step response exceeds its final value by at most a percentage: value = overshoot/limit, 0 without any.
@@ -37,8 +40,11 @@ class Overshoot(Goal):
     inputs, outputs : names, in pairs; percent : float
     """
 
-    inputs: tuple[str, ...]
-    outputs: tuple[str, ...]
+    kind = "overshoot"
+    keys = (Key("percent"),)
+
+    inputs: tuple[str, ...] = field(kw_only=False)
+    outputs: tuple[str, ...] = field(kw_only=False)
     percent: float = 10.0
 
     def __post_init__(self) -> None:
@@ -47,6 +53,9 @@ class Overshoot(Goal):
         no_focus(self)
         object.__setattr__(self, "percent", positive("percent", self.percent, "%"))
         Goal.__post_init__(self)
+
+    def asked(self) -> Asked:
+        return Asked("<=", self.percent, "%", lambda v: self.percent * v)
 
     def bind(self, loop: Any) -> Bound:
         """The goal on one loop, pair by pair."""
@@ -57,6 +66,7 @@ class Overshoot(Goal):
         return Bound(self, Largest(tuple(parts)))
 
 
+@register
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StepRejection(Goal):
     """The response to a step disturbance stays within a peak, and after a settling time within a fraction of it.
@@ -74,8 +84,11 @@ class StepRejection(Goal):
     value = the largest |y(t)|/limit(t).
     """
 
-    inputs: tuple[str, ...]
-    outputs: tuple[str, ...]
+    kind = "step_rejection"
+    keys = (Key("peak"), Key("settling_time_s", "settling_time"), Key("fraction"))
+
+    inputs: tuple[str, ...] = field(kw_only=False)
+    outputs: tuple[str, ...] = field(kw_only=False)
     peak: float
     settling_time: float
     fraction: float = 0.05

@@ -8,7 +8,7 @@ separately, so the value is finite everywhere and a static error counts by its o
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,9 @@ import numpy as np
 from workbench.errors import InputError
 from workbench.goals.gain import check_pairs, check_signals
 from workbench.goals.goal import Bound, Goal, Largest, positive
+from workbench.goals.key import Key, weight
 from workbench.goals.margin import no_focus
+from workbench.goals.registry import register
 from workbench.goals.transient import StaticMeasure, TransientMeasure, transient_size
 from workbench.goals.variance import tustin
 from workbench.lti.realisation import Realisation
@@ -26,6 +28,7 @@ from workbench.lti.weight import Filter, WeightLike, filter_of
 ORDERS = {"impulse": 0, "step": 1, "ramp": 2}
 
 
+@register
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StepTracking(Goal):
     """Step responses follow those of a reference model.
@@ -43,8 +46,15 @@ class StepTracking(Goal):
         σ_max(T(0) − R(0)) over this is the other part of the value.
     """
 
-    inputs: tuple[str, ...]
-    outputs: tuple[str, ...]
+    kind = "step_tracking"
+    keys = (
+        *weight("reference"),
+        Key("time_constant_s", "time_constant"),
+        *(Key(k) for k in ("overshoot_percent", "gap", "static_error")),
+    )
+
+    inputs: tuple[str, ...] = field(kw_only=False)
+    outputs: tuple[str, ...] = field(kw_only=False)
     reference: WeightLike = None
     time_constant: float | None = None
     overshoot_percent: float = 0.0
@@ -74,6 +84,7 @@ class StepTracking(Goal):
         return _bound(self, channel, model, "step", self.gap * size, self.static_error)
 
 
+@register
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Transient(Goal):
     """The response to an impulse, step or ramp is close to that of a reference model.
@@ -90,8 +101,11 @@ class Transient(Goal):
         σ_max(T'(0) − R'(0)) [s] over this.
     """
 
-    inputs: tuple[str, ...]
-    outputs: tuple[str, ...]
+    kind = "transient"
+    keys = (*weight("reference"), Key("signal"), Key("gap"), Key("static_error"))
+
+    inputs: tuple[str, ...] = field(kw_only=False)
+    outputs: tuple[str, ...] = field(kw_only=False)
     reference: WeightLike
     signal: str = "step"
     gap: float = 0.1

@@ -10,16 +10,18 @@ impulse response, marched from one dead time to the next.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from workbench.errors import InputError
 from workbench.goals.gain import check_signals, check_weights
-from workbench.goals.goal import Bound, Goal, Value, infinite, positive, stability_reason
+from workbench.goals.goal import Asked, Bound, Goal, Value, infinite, positive, stability_reason
 from workbench.goals.history import BY_STEPS, Lined, delayed_pieces, lined_series, unjudged
+from workbench.goals.key import Key, weight
 from workbench.goals.margin import no_focus
+from workbench.goals.registry import register
 from workbench.lti.energy import energy, energy_by_doubling
 from workbench.lti.realisation import Realisation, balanced
 from workbench.lti.series import Weighted
@@ -32,12 +34,16 @@ if TYPE_CHECKING:
 STRAIGHT = "white noise passes straight to the output (D ≠ 0), so its variance is infinite; add a filter."
 
 
+@register
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Variance(Goal):
     """The outputs' rms under unit white noise at the inputs stays below a limit: value = ‖T‖₂/limit."""
 
-    inputs: tuple[str, ...]
-    outputs: tuple[str, ...]
+    kind = "variance"
+    keys = (Key("limit"),)
+
+    inputs: tuple[str, ...] = field(kw_only=False)
+    outputs: tuple[str, ...] = field(kw_only=False)
     limit: float = 1.0
 
     def __post_init__(self) -> None:
@@ -46,12 +52,16 @@ class Variance(Goal):
         no_focus(self)
         Goal.__post_init__(self)
 
+    def asked(self) -> Asked:
+        return Asked("<=", self.limit, "1", lambda v: self.limit * v)
+
     def bind(self, loop: Any) -> Bound:
         """The goal on one loop."""
         channel = loop.channel(inputs=self.inputs, outputs=self.outputs, openings=self.openings)
         return Bound(self, VarianceMeasure.of(channel, 1.0, 1.0, self.limit))
 
 
+@register
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WeightedVariance(Goal):
     """value = ‖L T W‖₂/limit with filters L after the outputs and W, the shape of the noise, before the inputs.
@@ -60,8 +70,11 @@ class WeightedVariance(Goal):
         Stable. A noise with the one-sided PSD S(f) per hertz has |W(j2πf)|² = S/2.
     """
 
-    inputs: tuple[str, ...]
-    outputs: tuple[str, ...]
+    kind = "weighted_variance"
+    keys = (*weight("left"), *weight("right"), Key("limit"))
+
+    inputs: tuple[str, ...] = field(kw_only=False)
+    outputs: tuple[str, ...] = field(kw_only=False)
     left: WeightLike = 1.0
     right: WeightLike = 1.0
     limit: float = 1.0
@@ -72,6 +85,9 @@ class WeightedVariance(Goal):
         object.__setattr__(self, "limit", positive("limit", self.limit))
         no_focus(self)
         Goal.__post_init__(self)
+
+    def asked(self) -> Asked:
+        return Asked("<=", self.limit, "1", lambda v: self.limit * v)
 
     def bind(self, loop: Any) -> Bound:
         """The goal on one loop."""

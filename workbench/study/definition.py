@@ -12,8 +12,8 @@ from dataclasses import asdict, dataclass, field
 
 from workbench.control.gains import GAIN_NAMES
 from workbench.control.schedule import Schedule
-from workbench.design.requirement import CLOSE_ENOUGH
 from workbench.errors import InputError, unknown_name
+from workbench.goals.verdict import CLOSE_ENOUGH
 from workbench.result import Result, Row, figure
 
 TASKS = ("analyse", "design", "pareto")

@@ -13,9 +13,9 @@ from typing import Any
 
 from workbench.control import GAIN_UNITS
 from workbench.design.design import Design
-from workbench.design.requirement import Verdict
 from workbench.design.tradeoff import TradeOff
 from workbench.errors import InputError
+from workbench.goals.verdict import Verdict
 from workbench.handover.report.figures import nyquist_figures, root_figures, spectrum_figures, trade_off_figures
 from workbench.handover.report.style import style_sheet, table_block
 from workbench.handover.table.table import GainTable

@@ -12,7 +12,7 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from workbench.design.requirement import Verdict
+from workbench.goals.verdict import Verdict
 
 ANALYSIS = "floating point: figure of the analysis"
 HAMILTONIAN = "floating point: Hamiltonian eigenvalues, bracket"
