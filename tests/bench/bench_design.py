@@ -52,7 +52,7 @@ def rows() -> Iterator[Row]:
 def _gradients(problem: Problem) -> Iterator[Row]:
     programme = Programme(problem)
     x = programme.x(Gains(**CENTRE))
-    shifts = iter(1e-9 * np.arange(1, 1000))  # a new point each time, since evaluations are remembered
+    shifts = iter(1e-9 * np.arange(1, 1000))
     ours = best(lambda: programme.at(x + next(shifts)), 100)
     value, slope = _values(programme, x)
     for route in ROUTES:

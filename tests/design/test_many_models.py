@@ -112,26 +112,23 @@ def test_the_margins_alone_are_those_of_the_whole_analysis(revenue):
 @pytest.mark.parametrize("cost", ["nominal", "mean", "worst"])
 def test_gradients_over_many_models_are_derivatives(heave, cost):
     programme = Programme(heave, back_off=1e-3)
-    chart = SharedChart(programme, [np.ones(17)])
-    family = Family(programme, (), chart, cost=cost, back_off=1e-3)
-    for values in ({"mass": 0.85}, {"vertical_sensors": 1.1, "current_force": 0.9}):
-        model = model_of(heave, values)
-        chart.add(model.scale)
-        family.add(model)
+    models = [model_of(heave, v) for v in ({"mass": 0.85}, {"vertical_sensors": 1.1, "current_force": 0.9})]
+    chart = SharedChart(programme, (np.ones(17), *(model.scale for model in models)))
+    family = Family.of(programme, models, chart, cost=cost, back_off=1e-3)
     x = family.whole(programme.x(Gains(**CENTRE).with_values(tau_h=0.5, tau_z=0.7)))
     check_gradient(family, x)
 
 
 def test_gradients_over_a_polynomial_in_speed_are_derivatives(heave):
     asked = tuple(r for r in heave.requirements if r.name in ("damping ratio", "peak sensitivity"))
-    chart = PolynomialChart(heave, [134.0, 60.0, 30.0], 82.0, 52.0, 2)
+    chart = PolynomialChart(heave, (134.0, 60.0, 30.0), 82.0, 52.0, 2)
     models = [
         Model(
             name=str(v), values={}, problem=heave.with_vehicle(varied(heave.vehicle, mass=m)).with_requirements(asked)
         )
         for v, m in ((60.0, 0.9), (30.0, 1.1))
     ]
-    family = Family(Programme(heave, back_off=1e-3), models, chart, back_off=1e-3)
+    family = Family.of(Programme(heave, back_off=1e-3), models, chart, back_off=1e-3)
     x = chart.x(Gains(**CENTRE).with_values(tau_h=0.5, tau_z=0.7))
     x = x + 0.01 * np.cos(np.arange(len(x)))
     check_gradient(family, x)

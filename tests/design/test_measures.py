@@ -7,9 +7,9 @@ from workbench.analysis.analysis import analyse
 from workbench.control.gains import GAIN_NAMES, TIME_CONSTANTS, Gains
 from workbench.design.delayed import dead_time
 from workbench.design.design import CENTRE
-from workbench.design.exchange import exact_peaks
 from workbench.design.measures import GAPS, GroupMeasures, static_error_function
 from workbench.design.steering import Programme
+from workbench.design.unseen import exact_peaks
 from workbench.files.problem import load_problem
 
 GAINS = Gains(**CENTRE)
@@ -97,8 +97,8 @@ def test_no_node_of_the_grid_exceeds_the_exact_peak_sensitivity(problem, groups)
 def test_a_watched_frequency_is_measured_exactly(problem):
     group = GroupMeasures(problem.setting, problem.subjects[0])
     ((_, omega, value), *_) = exact_peaks(problem, GAINS)
-    group.watch([omega])
-    assert np.sqrt(group.responses(THETA).peak.value[-1]) == pytest.approx(value, rel=1e-8)
+    assert np.sqrt(group.watching([omega]).responses(THETA).peak.value[-1]) == pytest.approx(value, rel=1e-8)
+    assert not len(group.watched)  # what is asked later is asked of another record
 
 
 def test_variables_and_gains_translate_both_ways(problem):

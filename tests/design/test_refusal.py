@@ -13,11 +13,11 @@ from workbench.design.refusal import refusal
 from workbench.design.requirement import QUANTITIES, Requirement, judge
 from workbench.design.robust import robust_design
 from workbench.design.scheduled import Plan
-from workbench.design.solve import Outcome
 from workbench.design.verdict import verdicts
 from workbench.errors import InfeasibleError, InputError
 from workbench.files.problem import load_problem
 from workbench.goals.verdict import Verdict
+from workbench.solve.smooth import Outcome
 from workbench.study.definition import Parameter, Study
 from workbench.study.designs import designed
 
@@ -39,10 +39,10 @@ def test_a_refusal_is_the_same_kind_of_sentence_however_the_optimiser_ended(heav
 
     def finish(programme, x, factors=(), *, solver=""):
         x = np.zeros_like(x) if ended == "far away" else x
-        return Outcome(x, 1.0, 0.0 if ended == "feasible, it says" else 1.0, (), "", 0)
+        return Outcome(x, 0.0, 0.0 if ended == "feasible, it says" else 1.0, (), "", 0, {}, 0.0), programme
 
     monkeypatch.setattr(module, "finish", finish)
-    monkeypatch.setattr(module, "least_violation", lambda programme, x: Outcome(x, 1.0, 1.0, (), "", 0))
+    monkeypatch.setattr(module, "least_violation", lambda programme, x: Outcome(x, 0.0, 1.0, (), "", 0, {}, 0.0))
     with pytest.raises(InfeasibleError, match=NAMED):
         refine(asked, heave.approved)
 

@@ -60,8 +60,10 @@ def steered(problem, gains, name, limit):
     programme = Programme(problem.with_requirements([Requirement(name, limit)]), back_off=BACK_OFF)
     theta = np.array(list(gains.as_dict().values()))
     for _ in range(4):
-        if not programme.exchange_at(theta):
+        unseen = programme.unseen_at(theta)
+        if not unseen:
             break
+        programme = programme.with_added(unseen)
     rows = [value.min() for row, value, _ in programme.measure(theta).rows if row.startswith(name)]
     assert rows, f"{name} is not steered"
     return min(rows)

@@ -16,7 +16,7 @@ from workbench.control import Gains
 from workbench.control.gains import GAIN_NAMES
 from workbench.design.problem import Problem
 from workbench.design.refusal import refusal
-from workbench.design.solve import Outcome, finish, least_violation, relaxed, stable_start
+from workbench.design.solve import cost, finish, relaxed, stable_start
 from workbench.design.steering import Programme
 from workbench.design.verdict import verdicts
 from workbench.errors import BudgetEnded, InputError
@@ -24,6 +24,7 @@ from workbench.goals.verdict import Verdict
 from workbench.machine.budget import NEVER, Deadline, current, keeping
 from workbench.machine.threads import one_thread
 from workbench.result import Result, Row
+from workbench.solve.smooth import Outcome, least_violation
 
 DIGITS = 6  # significant digits of a gain as printed; the rounded gains are what is verified
 BACK_OFFS = (
@@ -201,7 +202,8 @@ def finished(
     ended: list[Outcome] = []
     try:
         for x in candidates:
-            ended.append(finish(programme, x, solver=solver))
+            outcome, programme = finish(programme, x, solver=solver)
+            ended.append(outcome)
         looked_at += [_as_they_are(problem, programme, x) for x in candidates]
         for outcome in ended:
             looked_at.append(_verified(problem, programme, outcome, solver))
@@ -324,7 +326,7 @@ def _run_prepared(job) -> Outcome:
 
 
 def _entry(number: int, o: Outcome) -> Start:
-    return Start(number=number, cost=o.cost, violation=o.violation, evaluations=o.evaluations, message=o.message)
+    return Start(number=number, cost=cost(o), violation=o.violation, evaluations=o.evaluations, message=o.message)
 
 
 def distinct(outcomes: list[Outcome]) -> list[Outcome]:
@@ -332,11 +334,11 @@ def distinct(outcomes: list[Outcome]) -> list[Outcome]:
 
     def rank(o: Outcome) -> tuple[bool, float]:
         near = o.violation <= NEARLY
-        return not near, o.cost if near else o.violation
+        return not near, cost(o) if near else o.violation
 
     out: list[Outcome] = []
     for o in sorted(outcomes, key=rank):
-        if not any(abs(o.cost / other.cost - 1) < SAME_COST for other in out):
+        if not any(abs(cost(o) / cost(other) - 1) < SAME_COST for other in out):
             out.append(o)
     return out
 
@@ -374,9 +376,7 @@ def _verified(problem: Problem, programme: Programme, outcome: Outcome, solver: 
     if first.met or not outcome.feasible:
         return first
     for back_off in BACK_OFFS[1:]:
-        programme.set_back_off(back_off)
-        outcome = finish(programme, outcome.x, (1.0,), solver=solver)
-        programme.set_back_off(BACK_OFFS[0])
+        outcome, programme = finish(programme.with_back_off(back_off), outcome.x, (1.0,), solver=solver)
         again = _judged(problem, rounded(programme.gains(outcome.x)), outcome.binding)
         if again.met:
             return again

@@ -7,23 +7,29 @@ give them at each model's speed (`PolynomialChart`), which is linear: theta_k = 
 model, the mean over models, or the worst, for which one more variable bounds the logarithm of each model's cost.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Protocol
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Generic, Protocol, TypeVar
 
 import numpy as np
 
 from workbench.control.gains import GAIN_NAMES, TIME_CONSTANTS, Gains
-from workbench.design.measures import Grid
+from workbench.design.measures import STEERING, Grid
 from workbench.design.model import STABILITY, Model
 from workbench.design.problem import Problem
-from workbench.design.steering import TYPICAL, Point, Programme
+from workbench.design.steering import TYPICAL, Programme
+from workbench.design.unseen import Unseen
+from workbench.solve.smooth import Point
 
 # Sensitivity nodes of a model that is looked at for its margins alone; peaks between them are added as they show.
 MARGIN_GRID = Grid.over((0.05, 0.1, 0.2, 0.3, 0.45, 0.65, 0.9, 1.3, 1.8, 2.5, 3.5, 5.0, 7.0, 10.0, 16.0, 26.0, 60.0), 2)
 TYPICAL_TAU = 0.3  # [s] of a coefficient of a time constant
 BOUND_BACK_OFF = 1e-5  # of a bound's interval: more than six printed digits move a parameter
 LOG_COST = 20.0  # the worst cost lies within e^±20
+
+
+ChartT = TypeVar("ChartT", bound="Chart")
 
 
 class Chart(Protocol):
@@ -46,48 +52,70 @@ class Chart(Protocol):
         ...
 
 
+@dataclass(frozen=True, eq=False)
 class SharedChart:
     """The gains themselves, the same for all models; each model's sensors scale them."""
 
-    def __init__(self, programme: Programme, scales: Sequence[np.ndarray]) -> None:
-        self._programme, self._scales = programme, list(scales)
+    programme: Programme
+    scales: tuple[np.ndarray, ...]
 
-    def add(self, scale: np.ndarray) -> None:
-        """One more model."""
-        self._scales.append(scale)
+    def with_model(self, scale: np.ndarray) -> "SharedChart":
+        """With one more model."""
+        return SharedChart(self.programme, (*self.scales, scale))
 
     def theta(self, x: np.ndarray, k: int) -> np.ndarray:
-        return self._scales[k] * self._programme.theta(x)
+        return self.scales[k] * self.programme.theta(x)
 
     def slope(self, x: np.ndarray, k: int) -> np.ndarray:
         out = np.zeros((len(GAIN_NAMES), len(x)))
-        out[self._programme.free, np.arange(len(x))] = self._programme.slope(x)
-        return self._scales[k][:, None] * out
+        out[self.programme.free, np.arange(len(x))] = self.programme.slope(x)
+        return self.scales[k][:, None] * out
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        return self._programme.bounds()
+        return self.programme.bounds()
 
     def rows(self, x: np.ndarray) -> list[tuple[str, np.ndarray, np.ndarray]]:
         return []
 
 
+@dataclass(frozen=True, eq=False)
 class PolynomialChart:
     """Gains and time constants as polynomials of t = (v − centre)/scale; x holds their coefficients over typical sizes.
 
     Entry (i, j) of x, row by row: coefficient of t^j of free parameter i. Bounds of the parameters hold at the speeds.
     """
 
-    def __init__(self, problem: Problem, speeds: Sequence[float], centre: float, scale: float, degree: int) -> None:
-        self.centre, self.scale, self.degree = centre, scale, degree
-        self.free = [GAIN_NAMES.index(name) for name in problem.free]
-        self._typical = np.array([TYPICAL_TAU if n in TIME_CONSTANTS else TYPICAL.get(n, 1.0) for n in problem.free])
-        self._base = np.array([problem.fixed.get(name, 0.0) for name in GAIN_NAMES])
-        self._limits = np.array([problem.bounds[name] for name in problem.free], float)
-        self._powers = [self._power(v) for v in speeds]
+    problem: Problem
+    speeds: tuple[float, ...]
+    centre: float
+    scale: float
+    degree: int
 
-    def add(self, speed: float) -> None:
-        """One more model, at a speed."""
-        self._powers.append(self._power(speed))
+    @cached_property
+    def free(self) -> list[int]:
+        """Positions of the free parameters among the seventeen."""
+        return [GAIN_NAMES.index(name) for name in self.problem.free]
+
+    @cached_property
+    def _typical(self) -> np.ndarray:
+        names = self.problem.free
+        return np.array([TYPICAL_TAU if n in TIME_CONSTANTS else TYPICAL.get(n, 1.0) for n in names])
+
+    @cached_property
+    def _base(self) -> np.ndarray:
+        return np.array([self.problem.fixed.get(name, 0.0) for name in GAIN_NAMES])
+
+    @cached_property
+    def _limits(self) -> np.ndarray:
+        return np.array([self.problem.bounds[name] for name in self.problem.free], float)
+
+    @cached_property
+    def _powers(self) -> list[np.ndarray]:
+        return [self._power(v) for v in self.speeds]
+
+    def with_speeds(self, speeds: Sequence[float]) -> "PolynomialChart":
+        """With more models, at speeds."""
+        return replace(self, speeds=(*self.speeds, *speeds))
 
     def _power(self, speed: float) -> np.ndarray:
         return ((speed - self.centre) / self.scale) ** np.arange(self.degree + 1)
@@ -145,55 +173,73 @@ class Member:
     programme: Programme
 
 
-class Family:
-    """The nonlinear programme of many models; takes the place of `steering.Programme` in `solve`."""
+@dataclass(frozen=True, slots=True)
+class OfMember:
+    """What is added to the programme of one model."""
 
-    def __init__(
-        self, nominal: Programme, models: Sequence[Model], chart: Chart, *, cost: str = "nominal", back_off: float
-    ) -> None:
-        """nominal : programme of the first model, whose requirements are the problem's own."""
-        self.cost, self.back_off, self._chart = cost, back_off, chart
-        self.limits = nominal.limits
-        self.members = [Member(Model(name="nominal", values={}, problem=nominal.problem), nominal)]
-        for model in models:
-            self.add(model)
-        self._known: tuple[bytes, Point] | None = None
-        self.evaluations = 0
+    member: int
+    unseen: Unseen
 
-    def add(self, model: Model) -> None:
-        """One more model; the chart must know it already."""
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Family(Generic[ChartT]):
+    """The nonlinear programme of many models, a value; takes the place of `steering.Programme` in `solve`.
+
+    members : models with their programmes, the nominal one first, whose requirements are the problem's own
+    cost : of "nominal", "mean", "worst"
+    """
+
+    members: tuple[Member, ...]
+    chart: ChartT
+    cost: str
+    back_off: float
+
+    @classmethod
+    def of(
+        cls, nominal: Programme, models: Sequence[Model], chart: ChartT, *, cost: str = "nominal", back_off: float
+    ) -> "Family[ChartT]":
+        """nominal : programme of the first model;  chart : of all of them"""
+        first = Member(Model(name="nominal", values={}, problem=nominal.problem), nominal)
+        return cls((first,), chart, cost, back_off).with_models(models, chart)
+
+    def with_models(self, models: Sequence[Model], chart: ChartT) -> "Family[ChartT]":
+        """With more models, and the chart that knows them."""
+        return replace(self, members=(*self.members, *map(self._member, models)), chart=chart)
+
+    def _member(self, model: Model) -> Member:
         margins_alone = self.cost == "nominal" and {r.name for r in model.problem.requirements} <= set(STABILITY)
-        grid = {"grid": MARGIN_GRID} if margins_alone else {}
-        self.members.append(Member(model, Programme(model.problem, back_off=self.back_off, **grid)))
-        self._known = None
+        grid = MARGIN_GRID if margins_alone else STEERING
+        return Member(model, Programme(model.problem, back_off=self.back_off, grid=grid))
+
+    def _with(self, change: Callable[[int, Programme], Programme]) -> tuple[Member, ...]:
+        return tuple(Member(m.model, change(k, m.programme)) for k, m in enumerate(self.members))
 
     # ---- what `solve` asks
 
-    def with_sensitivity(self, limit: float) -> None:
-        """Changes the bound on the peak sensitivity: of the first model to this, of the others in proportion."""
-        factor = limit / self.limits["peak sensitivity"]
-        for member in self.members:
-            wanted = member.programme.limits.get("peak sensitivity")
-            if wanted:
-                member.programme.with_sensitivity(wanted * factor)
-        self._known = None
+    def with_sensitivity(self, factor: float) -> "Family[ChartT]":
+        """With a multiple of every model's bound on the peak sensitivity."""
+        members = self._with(lambda _, programme: programme.with_sensitivity(factor))
+        same = all(a.programme is b.programme for a, b in zip(members, self.members, strict=True))
+        return self if same else replace(self, members=members)
 
-    def set_back_off(self, back_off: float) -> None:
-        """Changes the relative distance kept from every limit, of every model."""
-        self.back_off = back_off
-        for member in self.members:
-            member.programme.set_back_off(back_off)
-        self._known = None
+    def with_back_off(self, back_off: float) -> "Family[ChartT]":
+        """With another relative distance kept from every limit of every model."""
+        members = self._with(lambda _, programme: programme.with_back_off(back_off))
+        return replace(self, members=members, back_off=back_off)
 
-    def exchange(self, x: np.ndarray) -> bool:
-        """Whether exact measures of a model say that something is to be constrained that was not; then it is."""
-        self._known = None
-        added = [m.programme.exchange_at(self.theta(x, k)) for k, m in enumerate(self.members)]
-        return any(added)
+    def unseen(self, x: np.ndarray) -> tuple[OfMember, ...]:
+        """What exact measures of a model say is to be constrained and was not."""
+        found = (m.programme.unseen_at(self.theta(x, k)) for k, m in enumerate(self.members))
+        return tuple(OfMember(k, one) for k, each in enumerate(found) for one in each)
+
+    def with_added(self, unseen: Sequence[OfMember]) -> "Family[ChartT]":
+        """With that constrained."""
+        own = {k: [one.unseen for one in unseen if one.member == k] for k in range(len(self.members))}
+        return replace(self, members=self._with(lambda k, one: one.with_added(own[k]) if own[k] else one))
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Lower and upper bounds of the variables."""
-        low, high = self._chart.bounds()
+        low, high = self.chart.bounds()
         return (np.append(low, -LOG_COST), np.append(high, LOG_COST)) if self.cost == "worst" else (low, high)
 
     def growth(self, x: np.ndarray) -> float:
@@ -202,7 +248,7 @@ class Family:
 
     def theta(self, x: np.ndarray, k: int = 0) -> np.ndarray:
         """The seventeen parameters of model k."""
-        return self._chart.theta(self._chosen(x), k)
+        return self.chart.theta(self._chosen(x), k)
 
     def gains(self, x: np.ndarray, k: int = 0) -> Gains:
         """The same as a record."""
@@ -212,33 +258,25 @@ class Family:
         """The variables of the programme from the chart's: with a bound on the worst cost where one is asked for."""
         if self.cost != "worst":
             return z
-        costs = [m.programme.measure(self._chart.theta(z, k)).cost for k, m in enumerate(self.members)]
+        costs = [m.programme.measure(self.chart.theta(z, k)).cost for k, m in enumerate(self.members)]
         return np.append(z, np.log(max(costs)))
 
     def chart_of(self, x: np.ndarray) -> np.ndarray:
         """The chart's variables of the programme's."""
         return self._chosen(x)
 
-    def at(self, x: np.ndarray) -> Point:
-        """Objective and constraints at x."""
-        x = np.asarray(x, float)
-        if self._known is None or self._known[0] != x.tobytes():
-            self._known = (x.tobytes(), self._evaluate(x))
-        return self._known[1]
-
-    # ---- evaluation
-
     def _chosen(self, x: np.ndarray) -> np.ndarray:
         return x[:-1] if self.cost == "worst" else x
 
-    def _evaluate(self, x: np.ndarray) -> Point:
-        self.evaluations += 1
+    def at(self, x: np.ndarray) -> Point:
+        """Objective and constraints at x."""
+        x = np.asarray(x, float)
         z = self._chosen(x)
         names: list[str] = []
         values, jacobians, logs, slopes = [], [], [], []
         for k, member in enumerate(self.members):
-            inner = self._chart.slope(z, k)
-            measured = member.programme.measure(self._chart.theta(z, k))
+            inner = self.chart.slope(z, k)
+            measured = member.programme.measure(self.chart.theta(z, k))
             logs.append(np.log(measured.cost))
             slopes.append(measured.cost_slope @ inner / measured.cost)
             for name, value, slope in measured.rows:
@@ -246,7 +284,7 @@ class Family:
                 names += [name if k == 0 else f"{name} ({member.model.name})"] * len(value)
                 values.append(value)
                 jacobians.append(np.atleast_2d(slope) @ inner)
-        for name, value, slope in self._chart.rows(z):
+        for name, value, slope in self.chart.rows(z):
             names += [name] * len(value)
             values.append(value)
             jacobians.append(slope)

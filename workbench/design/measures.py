@@ -9,6 +9,7 @@ from `analysis`, by other algorithms.
 """
 
 from collections.abc import Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -145,10 +146,12 @@ class GroupMeasures:
         """Frequencies [rad/s] of sensitivities and densities: the grid's, then those watched."""
         return np.concatenate([self.omega, self.watched])
 
-    def watch(self, omega: Sequence[float]) -> None:
-        """Adds frequencies [rad/s] at which sensitivity and densities are measured besides the grid's."""
-        self.watched = np.unique(np.concatenate([self.watched, np.asarray(omega, float)]))
-        self._watched_kernel = self._mapped(self._setting, self.watched)
+    def watching(self, omega: Sequence[float]) -> "GroupMeasures":
+        """The same measures with sensitivity and densities at more frequencies [rad/s] besides the grid's."""
+        more = copy(self)
+        more.watched = np.unique(np.concatenate([self.watched, np.asarray(omega, float)]))
+        more._watched_kernel = self._mapped(self._setting, more.watched)
+        return more
 
     def responses(self, theta: np.ndarray) -> Responses:
         """Mean squares, sensitivities and densities."""

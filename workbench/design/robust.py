@@ -7,7 +7,7 @@ The nominal vehicle keeps every requirement of the problem; every model keeps wh
 not a proof: `verify` proves boxes. What it found worst is told, model by model.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from time import monotonic
 
@@ -33,7 +33,7 @@ from workbench.design.family import Family, SharedChart
 from workbench.design.model import Model, Variation, sentence
 from workbench.design.problem import Problem
 from workbench.design.refusal import in_words, miss, unstable
-from workbench.design.solve import Outcome, finish, least_violation, minimise
+from workbench.design.solve import cost, finish
 from workbench.design.steering import Programme
 from workbench.design.verdict import verdicts
 from workbench.design.worst import Search, Worst, judged_model, same_model
@@ -43,6 +43,8 @@ from workbench.goals.verdict import Verdict
 from workbench.machine.budget import keeping
 from workbench.machine.threads import one_thread
 from workbench.result import Result, Row, figure
+from workbench.solve.exchange import Found, exchange
+from workbench.solve.smooth import Outcome, least_violation, minimise
 
 BACK_OFF = BACK_OFFS[1]  # relative distance kept from every limit: what a model between two of the set may exceed
 ROUNDS = 12
@@ -127,79 +129,114 @@ def robust_design(
                 nominal = _nominal_cost(problem, candidates, log, seed, solver)
         else:
             candidates, log, nominal, all_ended = [programme.start(start)], [], None, True
-        chart = SharedChart(programme, [np.ones(17)])
-        family = Family(programme, (), chart, cost=variation.cost, back_off=BACK_OFF)
-        for name, values in variation.models.items():
-            _add(family, chart, search.model(values, name))
-        exchange = _Exchange(family, chart, search, on_round, began + time_budget)
-        best = None if start is None else exchange.as_it_is(candidates[0])
+        family = Family.of(
+            programme, (), SharedChart(programme, (np.ones(17),)), cost=variation.cost, back_off=BACK_OFF
+        )
+        family = _with(family, [search.model(values, name) for name, values in variation.models.items()])
+        tuner = _Tuner(family, search, on_round, began + time_budget)
+        best = None if start is None else tuner.as_it_is(candidates[0])
         try:
             with keeping(time_after(all_ended)):
                 for x in candidates:
-                    best = exchange.improved(x, best)
+                    best = tuner.improved(x, best)
         except CUT_SHORT:
             if best is None:
                 raise
         if best is None:
-            raise exchange.refusal()
+            raise tuner.refusal()
         gains, outcome, worst = best
         return RobustDesign(
             problem=problem, variation=variation, design=_judged(problem, gains, outcome, log, seed, solver),
-            worst=worst, visited=tuple(m.model.values for m in family.members[1:]), looked_at=search.looked_at,
-            rounds=exchange.rounds, nominal_cost=nominal, seconds=monotonic() - began,
+            worst=worst, visited=tuple(m.model.values for m in tuner.family.members[1:]), looked_at=search.looked_at,
+            rounds=tuner.rounds, nominal_cost=nominal, seconds=monotonic() - began,
         )  # fmt: skip
 
 
-class _Exchange:
-    """Tunes, searches, adds; keeps the cheapest gains that held everywhere."""
+@dataclass(frozen=True, slots=True)
+class _Searched:
+    """Gains and the worst models found for them: those that fail, and what the nominal vehicle misses."""
 
-    def __init__(self, family: Family, chart: SharedChart, search: Search, on_round, deadline: float) -> None:
-        self.family, self.chart, self.search = family, chart, search
+    gains: Gains
+    worst: tuple[Worst, ...]
+    own: tuple[Verdict, ...]
+
+    @property
+    def failing(self) -> list[Worst]:
+        """The worst models that fail."""
+        return [w for w in self.worst if not w.verdict.met]
+
+
+_Best = tuple[Gains, Outcome, tuple[Worst, ...]]
+_Held = Family[SharedChart]
+
+
+class _Tuner:
+    """Tunes, searches, adds; what one candidate added is held for the next."""
+
+    def __init__(self, family: _Held, search: Search, on_round, deadline: float) -> None:
+        self.family, self.search = family, search
         self._on_round, self._deadline = on_round, deadline
         self.rounds = 0
         self._late = False
         self._closest: tuple[float, Verdict, Mapping[str, float], tuple[Worst, ...]] | None = None
         self._unstable: tuple[float, Verdict] | None = None
 
-    def as_it_is(self, x: np.ndarray):
+    def as_it_is(self, x: np.ndarray) -> _Best | None:
         """A candidate's own gains, if they hold everywhere; None if not."""
         z = self.family.whole(x)
-        gains = rounded(self.family.gains(z))
-        worst, failing, own = self._searched(gains)
-        if failing or own:
+        seen = self._searched(rounded(self.family.gains(z)))
+        if seen.failing or seen.own:
             return None
-        cost = float(np.exp(self.family.at(z).objective))
-        return gains, Outcome(z, cost, 0.0, (), "as given", 0), worst
+        objective = self.family.at(z).objective
+        return seen.gains, Outcome(z, objective, 0.0, (), "as given", 0, {}, float("nan")), seen.worst
 
-    def improved(self, x: np.ndarray, best):
-        """The better of `best` and what this candidate leads to: (gains, outcome, worst models)."""
-        family, z = self.family, x
-        for number in range(ROUNDS):
-            if self.rounds and monotonic() > self._deadline:
-                self._late = True
-                return best
-            outcome = finish(family, family.whole(z), HOMOTOPY if number == 0 else (1.0,))
-            if best is not None and (not outcome.feasible or outcome.cost > best[1].cost):
-                return best
-            if not outcome.feasible:
-                outcome = self._repaired(outcome)
-            z = family.chart_of(outcome.x)
-            if family.growth(outcome.x) >= 0:
-                self._grown(outcome.x)
-                return best
-            gains = rounded(family.gains(outcome.x))
-            worst, failing, own = self._searched(gains)
-            if not failing and not own:
-                return gains, outcome, worst
-            if not outcome.feasible:  # more models ask for more
-                return best
-            new = [w for w in failing if not any(same_model(w.values, m.model.values) for m in family.members)]
-            if not new:
-                family.set_back_off(3 * family.back_off)
-            for w in new:
-                if not any(same_model(w.values, m.model.values) for m in family.members):
-                    _add(family, self.chart, self.search.model(w.values))
-        return best
+    def improved(self, x: np.ndarray, best: _Best | None) -> _Best | None:
+        """The better of `best` and what this candidate leads to."""
+        if self._over():
+            return best
+
+        def solve(held: _Held, last: Outcome | None) -> Outcome:
+            z, factors = (x, HOMOTOPY) if last is None else (held.chart_of(last.x), (1.0,))
+            outcome, self.family = finish(held, held.whole(z), factors)
+            dearer = best is not None and (not outcome.feasible or cost(outcome) > cost(best[1]))
+            return outcome if dearer or outcome.feasible else self._repaired(outcome)
+
+        found: list[_Searched] = []
+        done = exchange(
+            self.family, solve, lambda _, outcome: self._judged(outcome, best, found),
+            lambda _held, _answer, added: self._with(added), rounds=ROUNDS, expired=self._over,
+        )  # fmt: skip
+        return (found[-1].gains, done.answer, found[-1].worst) if done.settled else best
+
+    def _over(self) -> bool:
+        self._late = bool(self.rounds) and monotonic() > self._deadline
+        return self._late
+
+    def _judged(self, outcome: Outcome, best: _Best | None, found: list[_Searched]) -> Found[Mapping[str, float]]:
+        """What is to be added to what was tuned for: the worst models that fail and are not among it."""
+        family = self.family
+        if best is not None and (not outcome.feasible or cost(outcome) > cost(best[1])):
+            return Found(False, stop="not better than what is at hand")
+        if family.growth(outcome.x) >= 0:
+            self._grown(outcome.x)
+            return Found(False, stop="a loop is unstable")
+        seen = self._searched(rounded(family.gains(outcome.x)))
+        found.append(seen)
+        if not seen.failing and not seen.own:
+            return Found(True)
+        if not outcome.feasible:
+            return Found(False, stop="more models ask for more")
+        fresh: list[Mapping[str, float]] = []
+        for values in (w.values for w in seen.failing):
+            known = [*(m.model.values for m in family.members), *fresh]
+            fresh += [] if any(same_model(values, other) for other in known) else [values]
+        return Found(False, tuple(fresh))
+
+    def _with(self, added: tuple[Mapping[str, float], ...]) -> _Held:
+        """The family with more models; with more distance from every limit where no model is new."""
+        if added:
+            return _with(self.family, [self.search.model(values) for values in added])
+        return self.family.with_back_off(3 * self.family.back_off)
 
     def _repaired(self, outcome: Outcome) -> Outcome:
         """A minimum from the point that violates least, where that one is feasible; else that point."""
@@ -209,20 +246,19 @@ class _Exchange:
         again = minimise(self.family, least.x)
         return again if again.feasible else least
 
-    def _searched(self, gains: Gains) -> tuple[tuple[Worst, ...], list[Worst], list[Verdict]]:
-        """The worst models, those of them that fail, and what the nominal vehicle misses."""
+    def _searched(self, gains: Gains) -> _Searched:
+        """The worst models, and what the nominal vehicle misses; what misses least is remembered."""
         self.rounds += 1
-        worst = self.search.worst(gains)
-        failing = [w for w in worst if not w.verdict.met]
-        own = [v for v in _exact(self.search.problem, gains) if not v.met]
+        own = tuple(v for v in _exact(self.search.problem, gains) if not v.met)
+        seen = _Searched(gains, self.search.worst(gains), own)
         if self._on_round:
-            self._on_round(self.rounds, worst_in_words(worst))
-        missed = [(w.verdict, w.values) for w in failing] + [(v, {}) for v in own]
+            self._on_round(self.rounds, worst_in_words(seen.worst))
+        missed = [(w.verdict, w.values) for w in seen.failing] + [(v, {}) for v in own]
         if missed:
             verdict, values = max(missed, key=lambda m: miss(m[0]))
             if self._closest is None or miss(verdict) < self._closest[0]:
-                self._closest = (miss(verdict), verdict, values, worst)
-        return worst, failing, own
+                self._closest = (miss(verdict), verdict, values, seen.worst)
+        return seen
 
     def _grown(self, x: np.ndarray) -> None:
         """Remembers the model whose loop grows fastest, of the candidate whose fastest grows least."""
@@ -257,9 +293,11 @@ class _Exchange:
         )
 
 
-def _add(family: Family, chart: SharedChart, model: Model) -> None:
-    chart.add(model.scale)
-    family.add(model)
+def _with(family: _Held, models: Sequence[Model]) -> _Held:
+    chart = family.chart
+    for model in models:
+        chart = chart.with_model(model.scale)
+    return family.with_models(models, chart)
 
 
 def _exact(problem: Problem, gains: Gains) -> tuple[Verdict, ...]:

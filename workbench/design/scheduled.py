@@ -23,7 +23,7 @@ from workbench.design.model import STABILITY, Model
 from workbench.design.problem import Problem
 from workbench.design.refusal import in_words
 from workbench.design.requirement import Requirement
-from workbench.design.solve import Outcome, finish
+from workbench.design.solve import finish
 from workbench.design.speed_family import PlantFamily, plant_family
 from workbench.design.steering import Programme
 from workbench.design.verdict import margin_verdicts, verdicts
@@ -32,6 +32,8 @@ from workbench.goals.verdict import Verdict
 from workbench.machine.budget import current, heed, keeping
 from workbench.machine.threads import one_thread
 from workbench.result import Result, Row
+from workbench.solve.exchange import Found, exchange
+from workbench.solve.smooth import Outcome
 
 BACK_OFF = 5e-3  # relative distance kept from every limit while tuning: a smooth curve passes between its points
 ROUNDS = 8  # of exchange; each adds the worst speed of every stretch that fails
@@ -192,15 +194,56 @@ def schedule_design(
         return _exchanged(problem, plan, plants, first, on_round, began, time_budget)
 
 
-def _grown(problem, plan: Plan, plants: PlantFamily, unit: tuple[float, float], speeds, x: np.ndarray) -> np.ndarray:
+def _grown(problem, plan: Plan, plants: PlantFamily, chart: PolynomialChart, x: np.ndarray) -> np.ndarray:
     """A start for the whole range, from speeds near the first one that move away from it in steps."""
-    own, *others = speeds
+    own, *others = chart.speeds
     for share, factors in GROWTH:
         near = [own + share * (v - own) for v in others]
-        chart = PolynomialChart(problem, [own, *near], *unit, plan.degree)
-        models = [_model(plants, plan, v) for v in near]
-        x = finish(Family(Programme(problem, back_off=BACK_OFF), models, chart, back_off=BACK_OFF), x, factors).x
+        x = finish(_family(problem, plan, plants, replace(chart, speeds=(own, *near))), x, factors)[0].x
     return x
+
+
+def _family(problem, plan: Plan, plants: PlantFamily, chart: PolynomialChart) -> Family[PolynomialChart]:
+    """The problem at its own speed, the first of the chart's, and the plan's margins at the others."""
+    models = [_model(plants, plan, v) for v in chart.speeds[1:]]
+    return Family.of(Programme(problem, back_off=BACK_OFF), models, chart, back_off=BACK_OFF)
+
+
+@dataclass(frozen=True, slots=True)
+class _Checked:
+    """A schedule and what was seen of it: margins over the speeds, the design at cruise, where parameters are out."""
+
+    schedule: Schedule
+    margins: tuple[MarginCurve, ...]
+    cruise: Design
+    outside: dict[str, float]
+
+    @classmethod
+    def of(cls, problem, plan: Plan, plants: PlantFamily, first: Design, chart: PolynomialChart, outcome: Outcome):
+        """By the exact measures: a first look, and every speed once that holds."""
+        own, *others = chart.speeds
+        schedule = Schedule(
+            centre=chart.centre, scale=chart.scale, range=plan.range, coefficients=chart.coefficients(outcome.x),
+            points=(*others, own),
+        )  # fmt: skip
+        margins = dense_check(plants, schedule, plan, every=FIRST_LOOK)
+        if not _failing(margins):
+            margins = dense_check(plants, schedule, plan)
+        cruise = _at_cruise(problem, schedule, first, outcome)
+        return cls(schedule, margins, cruise, _outside(problem, schedule, plan))
+
+    @property
+    def missed(self) -> list[Verdict]:
+        """Requirements not met at cruise."""
+        return [v for v in self.cruise.requirements if not v.met]
+
+    @property
+    def failing(self) -> list[float]:
+        """Speeds at which something does not hold."""
+        return sorted({*_failing(self.margins), *self.outside.values()})
+
+
+_Answer = tuple[Outcome, Family[PolynomialChart], _Checked]
 
 
 def _exchanged(problem, plan: Plan, plants: PlantFamily, first: Design, on_round, began, budget) -> ScheduledDesign:
@@ -208,36 +251,32 @@ def _exchanged(problem, plan: Plan, plants: PlantFamily, first: Design, on_round
     low, high = plan.range
     own = problem.setting.speed
     speeds = [v for v in np.linspace(low, high, plan.points).tolist() if abs(v - own) > 1e-6 * own]
-    centre, scale = (low + high) / 2, (high - low) / 2
-    chart = PolynomialChart(problem, [own, *speeds], centre, scale, plan.degree)
-    models = [_model(plants, plan, v) for v in speeds]
-    family = Family(Programme(problem, back_off=BACK_OFF), models, chart, back_off=BACK_OFF)
-    x = _grown(problem, plan, plants, (centre, scale), [own, *speeds], chart.x(first.gains))
-    for number in range(1, ROUNDS + 1):
-        outcome = finish(family, x, (1.0,))
-        x = outcome.x
-        schedule = Schedule(
-            centre=centre, scale=scale, range=plan.range, coefficients=chart.coefficients(x), points=(*speeds, own)
-        )
-        margins = dense_check(plants, schedule, plan, every=FIRST_LOOK)
-        if not _failing(margins):
-            margins = dense_check(plants, schedule, plan)
-        judged = _at_cruise(problem, schedule, first, outcome)
-        outside = _outside(problem, schedule, plan)
-        failing = sorted({*_failing(margins), *outside.values()})
-        missed = [v for v in judged.requirements if not v.met]
-        if on_round:
-            on_round(number, _words(margins))
-        if not failing and not missed:
-            return _verified(problem, plan, schedule, judged, margins, number, plants, first, began)
-        if monotonic() - began > budget:
-            break
-        for v in failing:
-            if min(abs(v - s) for s in (*speeds, own)) > 1e-6:
-                speeds.append(v)
-                chart.add(v)
-                family.add(_model(plants, plan, v))
-    raise _unmet(problem, plan, margins, missed, outside)
+    chart = PolynomialChart(problem, (own, *speeds), (low + high) / 2, (high - low) / 2, plan.degree)
+    start = _grown(problem, plan, plants, chart, chart.x(first.gains))
+
+    def solve(held: Family[PolynomialChart], last: _Answer | None) -> _Answer:
+        outcome, held = finish(held, start if last is None else last[0].x, (1.0,))
+        return outcome, held, _Checked.of(problem, plan, plants, first, held.chart, outcome)
+
+    def search(held: Family[PolynomialChart], answer: _Answer) -> Found[float]:
+        seen = answer[2]
+        fresh = tuple(v for v in seen.failing if min(abs(v - s) for s in held.chart.speeds) > 1e-6)
+        return Found(not seen.failing and not seen.missed, fresh, _words(seen.margins))
+
+    def add(_: Family[PolynomialChart], answer: _Answer, fresh: tuple[float, ...]) -> Family[PolynomialChart]:
+        held = answer[1]
+        return held.with_models([_model(plants, plan, v) for v in fresh], held.chart.with_speeds(fresh))
+
+    done = exchange(
+        _family(problem, plan, plants, chart), solve, search, add, rounds=ROUNDS,
+        expired=lambda: monotonic() - began > budget,
+        on_round=on_round and (lambda one: on_round(one.number, one.words)),
+    )  # fmt: skip
+    seen = done.answer[2]
+    if not done.settled:
+        raise _unmet(problem, plan, seen.margins, seen.missed, seen.outside)
+    rounds = len(done.rounds)
+    return _verified(problem, plan, seen.schedule, seen.cruise, seen.margins, rounds, plants, first, began)
 
 
 def _model(plants: PlantFamily, plan: Plan, speed: float) -> Model:

@@ -7,7 +7,8 @@ taken out by the problem's fixed K_heave = K_sway = 1. Every constraint is relat
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -15,12 +16,13 @@ from workbench.analysis.analysis import COST_POINTS
 from workbench.compiled import Buffered
 from workbench.constants import GRAVITY
 from workbench.control.gains import GAIN_NAMES, TIME_CONSTANTS, Gains
-from workbench.design.exchange import exchange
 from workbench.design.measures import STEERING, Grid, GroupMeasures, static_error_function
 from workbench.design.problem import Problem
 from workbench.design.requirement import strictest
 from workbench.design.rows import ROWS, Evaluated
+from workbench.design.unseen import Calibrated, Unseen, Watched, unseen
 from workbench.errors import InputError
+from workbench.solve.smooth import Point
 
 ROUNDING = 1e-9  # of the width of a bound: a logarithm and a product away from the gain as given
 COST_SCALE = 1e4  # J = 10⁴ Σ mean squares in g²
@@ -29,17 +31,6 @@ TYPICAL = {
     "K_zddot": 0.05, "K_zdot": 0.2, "K_yddot": 0.05, "K_ydot": 0.2,
     "K_heave": 1.0, "K_pitch": 1.0, "K_sway": 1.0, "K_roll": 2.0, "K_yaw": 3.0,
 }  # fmt: skip
-
-
-@dataclass(frozen=True, slots=True)
-class Point:
-    """The programme at one x: objective log J, constraints g >= 0 with names, gradients."""
-
-    objective: float
-    slope: np.ndarray
-    constraints: np.ndarray
-    jacobian: np.ndarray
-    names: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,76 +45,85 @@ class Measured:
     rows: list[tuple[str, np.ndarray, np.ndarray]]
 
 
+@dataclass(frozen=True, eq=False, repr=False)
 class Programme:
-    """The nonlinear programme of a problem; evaluations are remembered, since solvers ask in turn.
+    """The nonlinear programme of a problem: a value; `with_…` makes another that shares the compiled functions.
 
+    Parameters
+    ----------
+    back_off : relative distance kept from every limit
+    sensitivity_limit : bound on the peak sensitivity; the problem's own if left out
     grid : frequencies of the quadrature and of the sensitivity
+    groups, static : measures of each group, with the frequencies watched beside the grid's; of rest. Made if left out
+    factors : of mean squares by class: what the grid was off from an exact measure
     """
 
-    def __init__(
-        self, problem: Problem, *, back_off: float = 0.002, sensitivity_limit: float | None = None,
-        grid: Grid = STEERING,
-    ) -> None:  # fmt: skip
-        if not problem.free:
-            raise InputError(f"problem {problem.name!r} has no free parameter; free at least one gain.")
-        if any(s.direct for s in problem.subjects):
-            raise InputError(
-                "a design needs the current-loop lag: without it the best acceleration feedback is infinitely fast; "
-                "set current_lag_s in the data, 0.010 for example."
+    problem: Problem
+    back_off: float = 0.002
+    sensitivity_limit: float | None = None
+    grid: Grid = STEERING
+    groups: tuple[GroupMeasures, ...] = ()
+    static: Buffered | None = None
+    factors: Mapping[str, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if not self.groups:
+            _check(self.problem)
+            made = (
+                GroupMeasures(self.problem.setting, s, self.grid, self.problem.fixed) for s in self.problem.subjects
             )
-        if problem.setting.guideway.correlation is not None:
-            raise InputError(
-                "a design takes irregularity types that are uncorrelated; got a correlation. "
-                "Design without it, then 'analyse' with it."
-            )
-        for name in TIME_CONSTANTS:
-            if problem.fixed.get(name, 1.0) <= 0:
-                raise InputError(f"{name} must be positive in a design; got {problem.fixed[name]!r} s under [fixed].")
-        for r in problem.requirements:
-            if r.name not in ROWS:
-                raise InputError(f"{r.name!r} is not steered; add it to design.rows.ROWS.")
-        self.problem = problem
-        self.groups = [GroupMeasures(problem.setting, s, grid, problem.fixed) for s in problem.subjects]
-        self.free = [GAIN_NAMES.index(name) for name in problem.free]
-        self._log = np.array([GAIN_NAMES[k] in TIME_CONSTANTS for k in self.free])
-        self._typical = np.array([TYPICAL.get(GAIN_NAMES[k], 1.0) for k in self.free])
-        self._base = np.array([problem.fixed.get(name, 1.0) for name in GAIN_NAMES])
-        self._static = Buffered(static_error_function(problem.setting))
-        self.limits = strictest(problem.requirements)
-        self.back_off = back_off
-        self.sensitivity_limit = sensitivity_limit or self.limits.get("peak sensitivity")
-        self._factors: dict[str, float] = {}
-        self._known: tuple[bytes, Point] | None = None
-        self.evaluations = 0
+            object.__setattr__(self, "groups", tuple(made))
+            object.__setattr__(self, "static", Buffered(static_error_function(self.problem.setting)))
+        object.__setattr__(self, "sensitivity_limit", self.sensitivity_limit or self.limits.get("peak sensitivity"))
 
-    def with_sensitivity(self, limit: float) -> None:
-        """Changes the bound on the peak sensitivity (for a homotopy)."""
-        self.sensitivity_limit = limit
-        self._known = None
+    @cached_property
+    def limits(self) -> dict[str, float]:
+        """The strictest limit of each requirement."""
+        return strictest(self.problem.requirements)
 
-    def set_back_off(self, back_off: float) -> None:
-        """Changes the relative distance kept from every limit."""
-        self.back_off = back_off
-        self._known = None
+    @cached_property
+    def free(self) -> list[int]:
+        """Positions of the free parameters among the seventeen."""
+        return [GAIN_NAMES.index(name) for name in self.problem.free]
 
-    def watch(self, omega: Sequence[float]) -> None:
-        """Constrains sensitivities and densities at more frequencies [rad/s]."""
-        for group in self.groups:
-            group.watch(omega)
-        self._known = None
+    @cached_property
+    def _log(self) -> np.ndarray:
+        return np.array([GAIN_NAMES[k] in TIME_CONSTANTS for k in self.free])
 
-    def calibrate(self, factors: Mapping[str, float]) -> None:
-        """Multiplies mean squares of classes by factors more: by what the grid was off from an exact measure."""
-        self._factors |= {name: factor * self._factors.get(name, 1.0) for name, factor in factors.items()}
-        self._known = None
+    @cached_property
+    def _typical(self) -> np.ndarray:
+        return np.array([TYPICAL.get(GAIN_NAMES[k], 1.0) for k in self.free])
 
-    def exchange(self, x: np.ndarray) -> bool:
-        """Whether exact measures at x say that something is to be constrained that was not; then it is."""
-        return self.exchange_at(self.theta(x))
+    @cached_property
+    def _base(self) -> np.ndarray:
+        return np.array([self.problem.fixed.get(name, 1.0) for name in GAIN_NAMES])
 
-    def exchange_at(self, theta: np.ndarray) -> bool:
+    def with_sensitivity(self, factor: float) -> "Programme":
+        """With a multiple of the problem's bound on the peak sensitivity, where it has one (for a homotopy)."""
+        wanted = self.limits.get("peak sensitivity")
+        return replace(self, sensitivity_limit=wanted * factor) if wanted else self
+
+    def with_back_off(self, back_off: float) -> "Programme":
+        """With another relative distance kept from every limit."""
+        return replace(self, back_off=back_off)
+
+    def with_added(self, unseen: Sequence[Unseen]) -> "Programme":
+        """With more frequencies constrained and mean squares multiplied by more."""
+        omega = [one.omega for one in unseen if isinstance(one, Watched)]
+        factors = dict(self.factors)
+        for one in unseen:
+            if isinstance(one, Calibrated):
+                factors[one.name] = one.factor * factors.get(one.name, 1.0)
+        groups = tuple(group.watching(omega) for group in self.groups) if omega else self.groups
+        return replace(self, groups=groups, factors=factors)
+
+    def unseen(self, x: np.ndarray) -> tuple[Unseen, ...]:
+        """What exact measures at x say is to be constrained and was not."""
+        return self.unseen_at(self.theta(x))
+
+    def unseen_at(self, theta: np.ndarray) -> tuple[Unseen, ...]:
         """The same at the seventeen parameters."""
-        return exchange(self, theta)
+        return unseen(self, theta)
 
     # ---- variables
 
@@ -182,11 +182,16 @@ class Programme:
     # ---- evaluation
 
     def at(self, x: np.ndarray) -> Point:
-        """Objective, constraints and gradients at x."""
-        key = np.asarray(x, float).tobytes()
-        if self._known is None or self._known[0] != key:
-            self._known = (key, self._evaluate(np.asarray(x, float)))
-        return self._known[1]
+        """Objective log J, constraints and gradients at x."""
+        measured, inner = self.measure(self.theta(x)), self.slope(x)
+        names, values, jacobians = zip(*measured.rows, strict=True)
+        return Point(
+            float(np.log(measured.cost)),
+            measured.cost_slope[self.free] / measured.cost * inner,
+            np.concatenate(values),
+            np.vstack([np.atleast_2d(j) for j in jacobians])[:, self.free] * inner,
+            tuple(name for name, value in zip(names, values, strict=True) for _ in value),
+        )
 
     def growth(self, x: np.ndarray) -> float:
         """Largest real part of an eigenvalue at x [1/s]."""
@@ -199,18 +204,6 @@ class Programme:
     def slope(self, x: np.ndarray) -> np.ndarray:
         """(free,) derivative of each free parameter by its own variable, at x."""
         return np.where(self._log, self.theta(x)[self.free], self._typical)
-
-    def _evaluate(self, x: np.ndarray) -> Point:
-        self.evaluations += 1
-        measured, inner = self.measure(self.theta(x)), self.slope(x)
-        names, values, jacobians = zip(*measured.rows, strict=True)
-        return Point(
-            float(np.log(measured.cost)),
-            measured.cost_slope[self.free] / measured.cost * inner,
-            np.concatenate(values),
-            np.vstack([np.atleast_2d(j) for j in jacobians])[:, self.free] * inner,
-            tuple(name for name, value in zip(names, values, strict=True) for _ in value),
-        )
 
     def measure(self, theta: np.ndarray) -> Measured:
         """Cost and constraint rows at the seventeen parameters, with their derivatives."""
@@ -231,14 +224,36 @@ class Programme:
         slopes: dict[str, np.ndarray] = {}
         for group, found in zip(self.groups, responses, strict=True):
             for name, value, slope in zip(group.classes, found.mean.value, found.mean.gradient, strict=True):
-                factor = self._factors.get(name, 1.0)
+                factor = self.factors.get(name, 1.0)
                 squares[name] = squares.get(name, 0.0) + factor * value
                 slopes[name] = slopes.get(name, 0.0) + factor * slope
         return Evaluated(
-            self.problem.setting, self.groups, theta, self.back_off, responses, squares, slopes, self._static
+            self.problem.setting, self.groups, theta, self.back_off, responses, squares, slopes, self.static
         )
 
 
 def _felt(name: str) -> bool:
     """Whether a class of outputs counts in the cost."""
     return name.startswith("acceleration") and name.rsplit(", ", 1)[1] in COST_POINTS
+
+
+def _check(problem: Problem) -> None:
+    """Refuses what cannot be designed."""
+    if not problem.free:
+        raise InputError(f"problem {problem.name!r} has no free parameter; free at least one gain.")
+    if any(s.direct for s in problem.subjects):
+        raise InputError(
+            "a design needs the current-loop lag: without it the best acceleration feedback is infinitely fast; "
+            "set current_lag_s in the data, 0.010 for example."
+        )
+    if problem.setting.guideway.correlation is not None:
+        raise InputError(
+            "a design takes irregularity types that are uncorrelated; got a correlation. "
+            "Design without it, then 'analyse' with it."
+        )
+    for name in TIME_CONSTANTS:
+        if problem.fixed.get(name, 1.0) <= 0:
+            raise InputError(f"{name} must be positive in a design; got {problem.fixed[name]!r} s under [fixed].")
+    for r in problem.requirements:
+        if r.name not in ROWS:
+            raise InputError(f"{r.name!r} is not steered; add it to design.rows.ROWS.")

@@ -1,12 +1,13 @@
-"""What exact measures say of a programme's solution that its grid did not see, added to the programme.
+"""What exact measures say of a programme's solution that its grid did not see: what an exchange adds to the programme.
 
-    Programme, theta --peaks of σ_max(S), worst places of ride masks--> frequencies to watch
-                     --exact mean squares--> factors on the grid's
+    Programme, theta --peaks of σ_max(S), worst places of ride masks--> Watched: frequencies
+                     --exact mean squares--> Calibrated: factors on the grid's
 
 So a smooth programme ends where the exact measures, which judge, are within its back-off of what steers it.
 """
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -44,13 +45,31 @@ _SQUARES: dict[str, dict[str, Callable[[Analysis], float | None]]] = {
 }
 
 
-def exchange(programme: "Programme", theta: np.ndarray) -> bool:
-    """Whether something was added to a programme, from exact measures at one theta; nothing from an unstable loop."""
+@dataclass(frozen=True, slots=True)
+class Watched:
+    """A frequency at which sensitivity and densities are constrained from now on."""
+
+    omega: float  # [rad/s]
+
+
+@dataclass(frozen=True, slots=True)
+class Calibrated:
+    """A factor on the mean square of a class: what the grid was off from the exact measure."""
+
+    name: str
+    factor: float
+
+
+Unseen = Watched | Calibrated
+
+
+def unseen(programme: "Programme", theta: np.ndarray) -> tuple[Unseen, ...]:
+    """What is to be added to a programme, from exact measures at one theta; nothing from an unstable loop."""
     if programme.abscissa(theta) >= 0:
-        return False
+        return ()
     gains = Gains(**dict(zip(GAIN_NAMES, theta.tolist(), strict=True)))
-    seen = [_watched(programme, _sensitivities(programme, gains)), _watched(programme, _densities(programme, gains))]
-    return any([*seen, _calibrated(programme, theta, gains)])
+    omega = [*_sensitivities(programme, gains), *_densities(programme, gains)]
+    return (*_watched(programme, omega), *_calibrated(programme, theta, gains))
 
 
 def exact_peaks(problem: Problem, gains: Gains) -> list[tuple[int, float, float]]:
@@ -84,30 +103,26 @@ def _densities(programme: "Programme", gains: Gains) -> list[float]:
     return [2 * np.pi * p.mask_frequency_hz for p in points if p.mask_ratio > most.get(p.ride.direction, np.inf)]
 
 
-def _watched(programme: "Programme", omega: list[float]) -> bool:
-    """Whether one of the frequencies was not watched yet; they all are now. For zero: one far below the grid's."""
+def _watched(programme: "Programme", omega: list[float]) -> list[Watched]:
+    """Those of the frequencies that are not watched yet. For zero: one far below the grid's."""
     group = programme.groups[0]
     least = group.omega.min() * LOWEST
-    fresh = [w for w in (max(w, least) for w in omega) if not np.isclose(group.watched, w, rtol=1e-9, atol=0).any()]
-    if fresh:
-        programme.watch(fresh)
-    return bool(fresh)
+    places = dict.fromkeys(max(w, least) for w in omega)
+    return [Watched(w) for w in places if not np.isclose(group.watched, w, rtol=1e-9, atol=0).any()]
 
 
-def _calibrated(programme: "Programme", theta: np.ndarray, gains: Gains) -> bool:
-    """Whether a required mean square was off by more than a share of the back-off; the grid's is multiplied then."""
+def _calibrated(programme: "Programme", theta: np.ndarray, gains: Gains) -> list[Calibrated]:
+    """Factors on the required mean squares that are off by more than a share of the back-off."""
     wanted = {place: exact for name in programme.limits for place, exact in _SQUARES.get(name, {}).items()}
     if not wanted:
-        return False
+        return []
     analysis, squares = analyse(programme.problem.setting, gains), programme.evaluated(theta).squares
-    factors = {}
+    found = []
     for place, exact in wanted.items():
         value = exact(analysis)
         if value is not None and squares[place] > 0 and abs(value / squares[place] - 1) > SHARE * programme.back_off:
-            factors[place] = value / squares[place]
-    if factors:
-        programme.calibrate(factors)
-    return bool(factors)
+            found.append(Calibrated(place, value / squares[place]))
+    return found
 
 
 def _squared(value: float | None) -> float | None:
