@@ -9,7 +9,7 @@ with the error measured, and the worst speeds are checked again on exact plants.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from time import monotonic
 
 import numpy as np
