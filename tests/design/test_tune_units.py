@@ -15,14 +15,14 @@ from workbench.design.tuner.stabilise import Abscissa
 from workbench.errors import InputError
 from workbench.goals import Gain, Sensitivity
 from workbench.lti import Plant
+from workbench.lti.make import tf
 from workbench.lti.model import Model
-from workbench.lti.transfer import transfer_model
 from workbench.solve.nonsmooth import minimise
 
 
 def three_lags(time=1.0, u=1.0, y=1.0, size=1.0):
     """PI on 1/(s + 1)³, the largest Ki with a sensitivity peak of 1.4: in other units, the soft goal times a size."""
-    model = transfer_model("lags", [[[y / u]]], [[time**3 * np.poly([-1 / time] * 3)]], inputs=("u",), outputs=("y",))
+    model = tf([[[y / u]]], [[time**3 * np.poly([-1 / time] * 3)]], input="u", output="y")
     Ki = 0.1 * u / y / time
     structure = Structure(pid("r - y", "u", Kp=0.3 * u / y, Ki=Ki, parts="PI"), "r")
     slow = ([time * y / u / size, 0.0], [1.0])  # y/u = s/Ki at low frequency
@@ -88,7 +88,7 @@ def test_a_point_without_solution_is_outside_the_domain_and_not_the_end():
 def test_a_given_start_is_never_worsened_and_more_starts_are_never_worse():
     best = three_lags()[2]
     structure = best.structure
-    model = transfer_model("lags", [[[1.0]]], [[[1, 3, 3, 1]]], inputs=("u",), outputs=("y",))
+    model = tf([[[1.0]]], [[[1, 3, 3, 1]]], input="u", output="y")
     goals = [
         Sensitivity(points=("u",), limit=1.4, hard=True),
         Gain(name="1/Ki", inputs=("u",), outputs=("y",), limit=([1.0, 0.0], [1.0]), focus=(1e-4, 1e-3)),

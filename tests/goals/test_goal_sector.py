@@ -17,8 +17,8 @@ from workbench.design.tuner import tune
 from workbench.errors import InputError
 from workbench.goals.gain import Gain
 from workbench.goals.sector import ConicSector, Passivity, WeightedPassivity
+from workbench.lti.make import tf
 from workbench.lti.model import Model
-from workbench.lti.transfer import transfer_model
 
 NOTHING = Controller.static([[0.0]])
 ONE = {"inputs": "w", "outputs": "z"}
@@ -120,7 +120,7 @@ def test_impossible_sectors_are_refused():
 def _fraction(num, den, unit=1.0, time=1.0):
     """The channel num/den in other units of its output and of time, by itself."""
     num, den = (np.asarray(c, float) * time ** np.arange(len(c))[::-1] for c in (num, den))
-    plant = transfer_model("alone", [[unit * num]], [[den]], inputs=["w"], outputs=["z"]).plant
+    plant = tf([[unit * num]], [[den]], input="w", output="z").plant
     n = len(plant.A)
     beside = plant_of(
         plant.A, np.hstack([plant.B, np.zeros((n, 1))]), np.vstack([plant.C, np.zeros((1, n))]),

@@ -13,8 +13,8 @@ from workbench.control.structure.structure import Structure
 from workbench.design.tuner.programme import Labelled, Programme
 from workbench.goals import Sensitivity
 from workbench.lti import Plant
+from workbench.lti.make import tf
 from workbench.lti.model import Model
-from workbench.lti.transfer import transfer_model
 
 OMEGA = np.array([0.0, 0.2, 1.0, 7.0, 300.0])
 # python-control and we solve systems of condition near 1e3 in double precision
@@ -223,7 +223,7 @@ def test_the_response_at_infinity_is_the_feedthrough_and_so_is_its_gradient():
 
 
 def test_a_plant_without_states_closes_too():
-    static = transfer_model("static", [[2.0]], [[1.0]])
+    static = tf([[2.0]], [[1.0]])
     integral = Structure(pid("r - y1", "u1", Kp=0.1, Ki=1, parts="PI"), "r")
     loop, s = Loop(static, integral), 1j * OMEGA[1:]
     L = 2 * (0.1 + 1 / s)
@@ -296,7 +296,7 @@ def test_an_unstable_mode_that_a_goal_does_not_see_still_makes_the_tuning_unstab
 def test_many_frequencies_far_out_keep_the_digits_of_one():
     # 1/((s + 1)(s + 10)…(s + 1e5)) falls by 1e-30 up to 1e5 rad/s, far below the rounding of its largest value
     poles = 10.0 ** np.arange(6)
-    model = transfer_model("steep", [[[1.0]]], [[np.poly(-poles)]])
+    model = tf([[[1.0]]], [[np.poly(-poles)]])
     omega = np.geomspace(1e-2, 1e6, 50)
     expected = np.prod(1 / (1j * omega[:, None] + poles), axis=1)
     # the coefficients' own rounding over six decades

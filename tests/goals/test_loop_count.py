@@ -6,8 +6,8 @@ from workbench.control.structure.loop import Loop
 from workbench.control.structure.structure import Structure
 from workbench.errors import InputError
 from workbench.lti import Plant
+from workbench.lti.make import tf
 from workbench.lti.model import Model
-from workbench.lti.transfer import transfer_model
 
 
 def unstable(plant, k, dead_time, **options):
@@ -54,7 +54,7 @@ def test_a_light_resonance_far_above_the_loop_is_not_overlooked():
 @pytest.mark.parametrize("k", [0.3, 0.6, 1.2, 2.4])
 def test_the_count_agrees_with_fractions_of_high_order_where_these_are_exact(k):
     num, den, times = [[12.8, -18.9], [6.6, -19.4]], [[[16.7, 1], [21, 1]], [[10.9, 1], [14.4, 1]]], [[1, 3], [7, 3]]
-    model = transfer_model("column", num, den, times, pade_order=10)
+    model = tf(num, den, dead_time=times, pade_order=10, name="column")
     structure = Structure((gain("-y1", "u1", k, name="k1"), gain("-y2", "u2", -k / 2, name="k2")))
     loop = Loop(model, structure)
     poles = np.linalg.eigvals(loop.channel((), ()).system(structure.controller()).A)

@@ -11,8 +11,8 @@ from workbench.control.structure.structure import Structure
 from workbench.errors import InputError
 from workbench.lti import Plant
 from workbench.lti.delay import pade
+from workbench.lti.make import tf
 from workbench.lti.model import DelayLine, Model
-from workbench.lti.transfer import transfer_model
 
 OMEGA = np.array([0.0, 0.01, 0.3, 2.0, 15.0])
 S = 1j * OMEGA
@@ -98,7 +98,7 @@ def test_dead_times_inside_a_plant_are_their_linear_fractional_form():
 
 
 def test_wood_and_berrys_column_is_its_matrix_of_fractions_and_dead_times():
-    model = transfer_model("column", *WOOD_BERRY, inputs=("reflux", "steam"), outputs=("top", "bottom"))
+    model = tf(*WOOD_BERRY[:2], dead_time=WOOD_BERRY[2], input=("reflux", "steam"), output=("top", "bottom"))
     np.testing.assert_allclose(model.response(OMEGA), wood_berry(OMEGA), **AGREE)
     assert sorted(line.dead_time for line in model.lines) == [1, 3, 6]  # two common to columns, one inside
     assert len(model.plant.states) == 4
@@ -112,7 +112,7 @@ def test_wood_and_berrys_column_under_two_controllers_is_the_matrix_formula():
         ),
         ("r1", "r2"),
     )
-    loop, omega = Loop(transfer_model("column", *WOOD_BERRY), structure), OMEGA[1:]
+    loop, omega = Loop(tf(*WOOD_BERRY[:2], dead_time=WOOD_BERRY[2]), structure), OMEGA[1:]
     s = 1j * omega
     zero = 0 * s
     C = np.array([[0.2 + 0.02 / s, zero], [zero, -0.1 - 0.01 / s]]).transpose(2, 0, 1)
@@ -232,7 +232,7 @@ def test_a_model_from_python_control_keeps_its_sample_time_and_names():
     ],
 )
 def test_a_matrix_of_fractions_gets_the_least_number_of_states_where_that_is_asked(numerators, denominators, order):
-    model = transfer_model("G", numerators, denominators, minimal=True)
+    model = tf(numerators, denominators, minimal=True)
     assert len(model.plant.states) == order
     s = 1j * OMEGA[1:]
     expected = [
@@ -247,11 +247,11 @@ def test_a_matrix_of_fractions_gets_the_least_number_of_states_where_that_is_ask
     [
         (([[[1, 2, 3]]], [[[1, 2]]]), r"entry \(1, 1\) must be proper with a nonzero denominator; got degree 2 over 1"),
         (([[1]], [[0]]), "got degree 0 over zero"),
-        (([[1, 2]], [[[1, 2]]]), r"matrices of one shape; got \(1, 2\), \(1, 1\)"),
+        (([[1, 2]], [[[1, 2]]]), r"matrices of one shape; got \(1, 2\) and \(1, 1\)"),
         (([[1]], [[[1, 2]]], [[-1]]), "numbers from 0"),
         (([[1, 2], [3]], [[[1, 2]]]), "rows of equal length"),
     ],
 )
 def test_a_matrix_of_fractions_that_cannot_be_is_refused_in_a_sentence(arguments, sentence):
     with pytest.raises(InputError, match=sentence):
-        transfer_model("G", *arguments)
+        tf(*arguments[:2], dead_time=arguments[2] if len(arguments) > 2 else 0.0)

@@ -6,8 +6,8 @@ import pytest
 
 from workbench.errors import InputError
 from workbench.lti import Plant
+from workbench.lti.make import tf
 from workbench.lti.model import Model
-from workbench.lti.transfer import transfer_model
 
 
 def exact(num, den, omega):
@@ -31,7 +31,7 @@ def test_random_coprime_fractions_over_twelve_decades_keep_their_order_and_their
         den = np.poly(-(10 ** rng.uniform(-6, 6, size=n)))
         num = np.atleast_1d(np.poly(-(10 ** rng.uniform(-6, 6, size=rng.integers(0, n)))))
         for minimal in (False, True):
-            model = transfer_model("G", [[num]], [[den]], minimal=minimal)
+            model = tf([[num]], [[den]], minimal=minimal)
             assert minimal or len(model.plant.states) == n
             for omega in 10 ** rng.uniform(-6, 6, size=3):
                 # 1e-6: companion matrices of twelve decades, rounding grows with their condition
@@ -39,10 +39,10 @@ def test_random_coprime_fractions_over_twelve_decades_keep_their_order_and_their
 
 
 def test_a_cancelling_root_stays_unless_it_is_asked_out_and_is_then_named():
-    kept = transfer_model("G", [[[1, 1]]], [[[1, 3, 2]]])
+    kept = tf([[[1, 1]]], [[[1, 3, 2]]])
     assert len(kept.plant.states) == 2
     assert kept.cancelled == ()
-    model = transfer_model("G", [[[1, 1]]], [[[1, 3, 2]]], minimal=True)
+    model = tf([[[1, 1]]], [[[1, 3, 2]]], minimal=True)
     assert len(model.plant.states) == 1
     assert "1 cancelled" in repr(model)
     np.testing.assert_allclose(model.cancelled, [-1], rtol=1e-12)
@@ -50,7 +50,7 @@ def test_a_cancelling_root_stays_unless_it_is_asked_out_and_is_then_named():
 
 @pytest.mark.parametrize("unit", [1e-6, 1.0, 1e6])
 def test_an_integrator_that_all_entries_share_is_one_state_in_any_unit_of_time(unit):
-    row = transfer_model("row", [[[1 / unit], [2 / unit], [3 / unit]]], [[[1, 0]] * 3])
+    row = tf([[[1 / unit], [2 / unit], [3 / unit]]], [[[1, 0]] * 3])
     assert len(row.plant.states) == 1
     np.testing.assert_allclose(row.response([1 / unit])[0], [[-1j, -2j, -3j]], rtol=1e-12)
 

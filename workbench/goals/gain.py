@@ -17,9 +17,9 @@ from workbench.goals.key import Key, magnitude, weight
 from workbench.goals.peak import Axis, PeakMeasure, Piece
 from workbench.goals.registry import register
 from workbench.lti.end import first_terms, limit, over_steep, size_at_end
+from workbench.lti.join import difference, series
 from workbench.lti.peak_ceiling import Ceiling, enclosure, gain_ceiling
 from workbench.lti.realisation import Realisation
-from workbench.lti.series import difference, series
 from workbench.lti.weight import Filter, Profile, ProfileLike, WeightLike, filter_of, profile_of
 
 

@@ -23,9 +23,9 @@ from workbench.goals.peak import Axis, PeakMeasure, Piece
 from workbench.goals.registry import register
 from workbench.goals.scattering import SectorMeasure
 from workbench.lti.count import unstable_poles
+from workbench.lti.join import series
 from workbench.lti.peak_ceiling import Ceiling, enclosure, sector_ceiling
 from workbench.lti.realisation import Realisation
-from workbench.lti.series import series
 from workbench.lti.weight import Filter, WeightLike, filter_of
 
 WELL_CONDITIONED = 1e8  # of W₂'H(∞), so that its inverse is proper with eight digits left

@@ -21,8 +21,8 @@ from workbench.goals.margin import no_focus
 from workbench.goals.registry import register
 from workbench.goals.transient import StaticMeasure, TransientMeasure, transient_size
 from workbench.goals.variance import tustin
+from workbench.lti.join import difference
 from workbench.lti.realisation import Realisation
-from workbench.lti.series import difference
 from workbench.lti.weight import Filter, WeightLike, filter_of
 
 ORDERS = {"impulse": 0, "step": 1, "ramp": 2}

@@ -21,8 +21,8 @@ from workbench.goals.history import (  # fmt: skip
     unjudged,
 )
 from workbench.lti.energy import energy, energy_by_doubling
+from workbench.lti.join import difference
 from workbench.lti.realisation import EPS, Realisation
-from workbench.lti.series import difference
 
 if TYPE_CHECKING:
     from workbench.control.structure.block import Controller

@@ -23,8 +23,8 @@ from workbench.goals.key import Key, weight
 from workbench.goals.margin import no_focus
 from workbench.goals.registry import register
 from workbench.lti.energy import energy, energy_by_doubling
+from workbench.lti.join import Weighted
 from workbench.lti.realisation import Realisation, balanced
-from workbench.lti.series import Weighted
 from workbench.lti.variance import stationary
 from workbench.lti.weight import Filter, WeightLike, filter_of
 

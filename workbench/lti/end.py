@@ -12,8 +12,8 @@ import math
 import numpy as np
 
 from workbench.lti.fraction import realised
+from workbench.lti.join import difference, series
 from workbench.lti.realisation import EPS, Realisation, balanced, responder
-from workbench.lti.series import difference, series
 
 QUOTIENT = 1e-9  # relative: what a quotient may differ by from the response and the limit that it is made of
 

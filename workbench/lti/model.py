@@ -11,8 +11,8 @@ responses that judge are exact; where a search needs a finite number of states, 
 """
 
 import math
-from collections.abc import Mapping
-from dataclasses import InitVar, dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import InitVar, dataclass, field, replace
 
 import numpy as np
 
@@ -51,7 +51,7 @@ class Model:
     pade_order : int
         Order of the fraction that stands for a continuous dead time in `rational`.
     cancelled : complex numbers
-        Poles that were cancelled when the model was made, on request; see `transfer_model`.
+        Poles that were cancelled when the model was made, on request; see `lti.make.tf`.
 
     Raises
     ------
@@ -149,6 +149,70 @@ class Model:
             np.array([x.dead_time for x in self.lines]),
             self.sample_time,
         )
+
+    def poles(self) -> np.ndarray:
+        """Poles (k,) in s, in z if sampled; with dead times those that matter, see `measure.poles`."""
+        from workbench.lti.measure import poles
+
+        return poles(self.lined())
+
+    def unstable_poles(self) -> int:
+        """How many poles are on or beyond the stability limit; dead times exact, by counting."""
+        from workbench.lti.measure import unstable_poles
+
+        return unstable_poles(self.lined())
+
+    def abscissa(self) -> float:
+        """Largest real part of the poles [1/s], of log(z)/h if sampled; dead times exact, and counted."""
+        from workbench.lti.measure import abscissa
+
+        return abscissa(self.lined())
+
+    def to_control(self):
+        """The same system as a python-control StateSpace; refused with continuous dead times, which that cannot hold.
+
+        Take `rational().to_control()` for Padé fractions.
+        """
+        if self.delayed:
+            raise InputError(
+                f"a state space has no dead times; {self.name} has {len(self.lines)}. Use rational().to_control(), "
+                "which puts Padé fractions in their place."
+            )
+        return self.rational().to_control(self.sample_time, self.name)
+
+    def select(self, *, inputs: Sequence[str] | None = None, outputs: Sequence[str] | None = None) -> "Model":
+        """The same states and dead times seen through some inputs and outputs, in the order given; all if left out."""
+        inputs, outputs = (own if asked is None else (asked,) if isinstance(asked, str) else tuple(asked)
+                           for asked, own in ((inputs, self.inputs), (outputs, self.outputs)))  # fmt: skip
+        for kind, asked, own in (("input", inputs, self.inputs), ("output", outputs, self.outputs)):
+            for signal in asked:
+                if signal not in own:
+                    raise unknown_name(kind, signal, own)
+        ends = [line.sink for line in self.lines], [line.source for line in self.lines]
+        seen = self.plant.select(inputs=[*inputs, *ends[0]], outputs=[*outputs, *ends[1]])
+        return replace(self, plant=seen, input_delay=None, output_delay=None)
+
+    def renamed(self, names: Mapping[str, str]) -> "Model":
+        """The same model with other names for some of its inputs and outputs."""
+        for signal in names:
+            if signal not in (*self.inputs, *self.outputs):
+                raise unknown_name("signal", signal, (*self.inputs, *self.outputs))
+        kinds = {kind: tuple(names.get(s, s) for s in getattr(self.plant, kind)) for kind in ("inputs", "outputs")}
+        return replace(self, plant=replace(self.plant, **kinds), input_delay=None, output_delay=None)
+
+    def scaled(
+        self, *, inputs: Mapping[str, float] | None = None, outputs: Mapping[str, float] | None = None
+    ) -> "Model":
+        """The same model with some inputs and outputs multiplied by factors: other units, or another sign."""
+        plant = self.plant
+        B, C, D = plant.B.copy(), plant.C.copy(), plant.D.copy()
+        for signal, factor in (inputs or {}).items():
+            (j,) = plant.index("inputs", [signal])
+            B[:, j], D[:, j] = B[:, j] * factor, D[:, j] * factor
+        for signal, factor in (outputs or {}).items():
+            (i,) = plant.index("outputs", [signal])
+            C[i], D[i] = C[i] * factor, D[i] * factor
+        return replace(self, plant=replace(plant, B=B, C=C, D=D), input_delay=None, output_delay=None)
 
     def rational(self) -> Plant:
         """The model as a plant without lines: Padé fractions, or chains of states, in their place."""

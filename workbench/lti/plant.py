@@ -1,6 +1,8 @@
-"""The one type in which physics and control meet: a state-space system with named states, inputs and outputs.
+"""Matrices with names: the one type in which physics and control meet.
 
-vehicle, python-control system or A, B, C, D  -->  Plant  -->  control law, loop, analysis, design
+vehicle, python-control system or A, B, C, D  -->  Plant  -->  Model, control law, loop, analysis, design
+
+A plant says nothing of time: no dead times, no sample time. `lti.model.Model` is a system, a plant the matrices in it.
 """
 
 from collections.abc import Sequence
@@ -96,13 +98,13 @@ class Plant(Result):
         (A, B, C, D), states, inputs, outputs = from_control(system)
         return cls(A=A, B=B, C=C, D=D, states=states, inputs=inputs, outputs=outputs)
 
-    def to_control(self):
-        """The same system as a python-control StateSpace."""
+    def to_control(self, sample_time: float | None = None, name: str | None = None):
+        """The same system as a python-control StateSpace, sampled if a sample time [s] is given."""
         import control
 
         return control.ss(
-            self.A, self.B, self.C, self.D,
-            states=list(self.states), inputs=list(self.inputs), outputs=list(self.outputs),
+            self.A, self.B, self.C, self.D, sample_time or 0,
+            states=list(self.states), inputs=list(self.inputs), outputs=list(self.outputs), name=name,
         )  # fmt: skip
 
     def index(self, kind: str, names: Sequence[str]) -> list[int]:

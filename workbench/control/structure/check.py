@@ -43,7 +43,7 @@ def check_modes(A: np.ndarray, B: np.ndarray, C: np.ndarray, sample_time: float 
                 raise InputError(
                     f"every unstable mode must be {lacking} by the structure; model {name!r} has the eigenvalue "
                     f"{_written(pole)} that its signals do not {verb}. {cure}, or take the mode out of the model "
-                    "(transfer_model(…, minimal=True) does where fractions share it)."
+                    "(tf(…, minimal=True) does where fractions share it)."
                 )
 
 

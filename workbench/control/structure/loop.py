@@ -21,13 +21,13 @@ from workbench.control.structure.block import Controller
 from workbench.control.structure.channel import Channel
 from workbench.control.structure.check import check_modes, check_pattern
 from workbench.control.structure.fraction import Fraction
-from workbench.control.structure.signals import BEFORE, known_terms, refuse_ambiguous
 from workbench.control.structure.structure import Structure
 from workbench.errors import InputError, unknown_name
 from workbench.lti.count import unstable_poles
 from workbench.lti.delay import LinedSystem, rational
 from workbench.lti.model import Model
 from workbench.lti.roots import abscissa
+from workbench.lti.sums import BEFORE, known_terms, refuse_ambiguous
 
 TINY = float(np.finfo(float).tiny)  # |z| of a pole that ends within a sample
 

@@ -14,8 +14,8 @@ import numpy as np
 
 from workbench.compiled import Buffered
 from workbench.control.structure.block import Block, Controller, Parameter, vector
-from workbench.control.structure.signals import written
 from workbench.errors import InputError, unknown_name
+from workbench.lti.sums import written
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)

@@ -35,8 +35,8 @@ from workbench.goals.spectrum import RmsLimit, Spectrum
 from workbench.goals.time import Overshoot, StepRejection
 from workbench.goals.tracking import StepTracking, Transient
 from workbench.goals.variance import Variance, WeightedVariance
+from workbench.lti.make import tf
 from workbench.lti.model import DelayLine, Model
-from workbench.lti.transfer import transfer_model
 from workbench.solve.nonsmooth import Minimum, minimise
 
 __all__ = [
@@ -46,5 +46,5 @@ __all__ = [
     "StaticFeedback", "StepRejection", "StepTracking", "Structure", "Tracking", "Transient", "Tuning", "Value",
     "Variance", "WeightedGain", "WeightedPassivity", "WeightedVariance", "expression", "gain", "lead_lag", "low_pass",
     "low_pass_second", "minimise", "modal_law", "notch", "pid", "pid_two_degrees", "stabilise", "state_space",
-    "static_feedback", "transfer_function", "transfer_model", "tune", "tune_robust", "washout",
+    "static_feedback", "tf", "transfer_function", "tune", "tune_robust", "washout",
 ]  # fmt: skip
