@@ -5,9 +5,9 @@ import pytest
 
 from workbench.errors import InputError
 from workbench.lti.hold import held
+from workbench.lti.make import tf
 from workbench.lti.model import DelayLine, Model
 from workbench.lti.plant import Plant
-from workbench.lti.transfer import transfer_model
 
 FINE = 8  # steps of a sample; every dead time below is a whole number of them
 T = 0.4
@@ -36,9 +36,7 @@ LATE = [[0.1, 0.3], [0.7, 0.3]]  # [s]
 
 def column():
     """Two by two, each entry with a dead time of its own, one direct."""
-    return transfer_model(
-        "column", NUM, DEN, dead_times=LATE, inputs=("a", "b"), outputs=("p", "q")
-    )  # fmt: skip
+    return tf(NUM, DEN, dead_time=LATE, input=("a", "b"), output=("p", "q"), name="column")
 
 
 @pytest.mark.parametrize("delay", [0.0, 0.15, 0.4, 0.55])
@@ -58,14 +56,14 @@ def test_held_outputs_are_those_of_a_simulation_in_fine_steps(delay):
 
 
 def test_without_dead_time_and_direct_gain_no_state_is_added():
-    model = transfer_model("plain", [[[2.0]]], [[[1.0, 3.0, 0.0]]], inputs=("u",), outputs=("y",))
+    model = tf([2.0], [1.0, 3.0, 0.0], input="u", output="y", name="plain")
     sampled = held(model, T)
     assert sampled.plant.A.shape == (2, 2)
     assert sorted(np.linalg.eigvals(sampled.plant.A)) == pytest.approx([np.exp(-3 * T), 1.0], rel=1e-12)
 
 
 def test_a_delay_of_whole_samples_is_a_power_of_z_and_a_part_lies_between_its_neighbours():
-    model = transfer_model("lag", [[1.0]], [[[1.0, 1.0]]], inputs=("u",), outputs=("y",))
+    model = tf([1.0], [1.0, 1.0], input="u", output="y", name="lag")
     omega = np.array([0.3, 2.0, 5.0])
     now, later = (held(model, T, d).response(omega)[:, 0, 0] for d in (0.0, 3 * T))
     np.testing.assert_allclose(later, now * np.exp(-3j * omega * T), rtol=1e-12)
