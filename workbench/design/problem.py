@@ -19,12 +19,12 @@ from workbench.control import Gains, ModalLaw
 from workbench.control.loop import Subject
 from workbench.control.structure.block import Block
 from workbench.control.structure.loop import Loop
-from workbench.control.structure.signals import terms
 from workbench.control.structure.structure import Structure
 from workbench.design.models import Maker, VehicleModels, maker_of
 from workbench.design.requirement import MOTOR_CURRENT, RIDE_MASKS
 from workbench.errors import InputError, unknown_name
 from workbench.lti.model import Model
+from workbench.lti.sums import terms
 from workbench.result import Result, Row
 
 if TYPE_CHECKING:
