@@ -5,8 +5,8 @@ import json
 import numpy as np
 import pytest
 
+from workbench import cli
 from workbench.analysis.analysis import analyse
-from workbench.commands import cli
 from workbench.control.schedule import Schedule
 from workbench.design.design import Design, refine
 from workbench.design.requirement import Requirement
