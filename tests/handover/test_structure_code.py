@@ -19,9 +19,9 @@ from workbench.handover.code.c_structure import structure_header
 from workbench.handover.code.plant_check import _Closed, plant_check
 from workbench.handover.code.program import program
 from workbench.lti.hold import held
+from workbench.lti.make import tf
 from workbench.lti.model import Model
 from workbench.lti.plant import Plant
-from workbench.lti.transfer import transfer_model
 
 COMPILERS = [c for c in ("gcc", "g++") if shutil.which(c)]
 needs_compiler = pytest.mark.skipif(len(COMPILERS) < 2, reason="no C and C++ compilers on PATH")
@@ -51,9 +51,9 @@ int main(void)
 
 
 def plant():
-    return transfer_model(
-        "plant", [[2.0, 0.3], [0.1, 1.5]], [[[1.0, 1.4, 1.0], [1.0, 2.0]], [[1.0, 3.0], [1.0, 1.0]]],
-        dead_times=[[0.013, 0.013], [0.027, 0.027]], inputs=("u", "v"), outputs=("y", "z"),
+    return tf(
+        [[2.0, 0.3], [0.1, 1.5]], [[[1.0, 1.4, 1.0], [1.0, 2.0]], [[1.0, 3.0], [1.0, 1.0]]],
+        dead_time=[[0.013, 0.013], [0.027, 0.027]], input=("u", "v"), output=("y", "z"), name="plant",
     )  # fmt: skip
 
 

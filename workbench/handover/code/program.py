@@ -12,11 +12,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from workbench.control.structure.block import Controller
-from workbench.control.structure.signals import known_terms
 from workbench.control.structure.structure import Structure
 from workbench.errors import InputError
 from workbench.lti.algebraic import closing
 from workbench.lti.model import Model
+from workbench.lti.sums import known_terms
 from workbench.result import Result, Row
 
 MATRICES = ("F", "B", "C", "D")
