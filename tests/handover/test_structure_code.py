@@ -211,9 +211,7 @@ def test_a_sample_time_must_be_known_and_a_sampled_structure_keeps_its_own():
 
 
 def integrator(dead_time=0.0):
-    return transfer_model(
-        "integrator", [[1.0]], [[[1.0, 0.0]]], dead_times=[[dead_time]], inputs=("u",), outputs=("y",)
-    )
+    return tf([1.0], [1.0, 0.0], input="u", output="y", dead_time=dead_time, name="integrator")
 
 
 def test_the_sampled_integrator_has_the_figures_of_its_closed_form():
