@@ -46,12 +46,12 @@ def nonsmooth_design(
 def _printed(problem: Problem, tuning: Tuning, log: tuple[Start, ...], seed: int) -> Design:
     """The parameters with as few digits as still meet every hard goal."""
     bounds = problem.bounds
-    hard = [goal.hard for goal in problem.goals]
+    hard = {goal.name for goal in problem.goals if goal.hard}
     binding = [g.name for g in tuning.goals if g.hard and g.value >= 1 - AT_LIMIT]
     for digits in FINER:
         values = {name: _rounded(value, digits, bounds.get(name)) for name, value in tuning.values.items()}
         design = given(problem, values, starts=log, binding=binding, seed=seed, solver="nonsmooth")
-        if all(v.met for v, must in zip(design.verdicts, hard, strict=True) if must):
+        if all(v.met for v in design.verdicts if v.name in hard):
             break
     return design
 
