@@ -164,7 +164,7 @@ def test_minors_are_the_determinants_of_the_sensitivity():
     for i in range(2):
         for j in range(2):
             assert at(N[i][j], 2j) / at(p, 2j) == pytest.approx(S[i, j], rel=SHARP)
-    last = squared_minors(seen, [fmpq(1)] * 2)[2]
+    last = squared_minors(p, N, [fmpq(1)] * 2)[2]
     assert float(last(fmpq(4))) == pytest.approx(abs(np.linalg.det(S) * at(p, 2j)) ** 2, rel=SHARP)
 
 

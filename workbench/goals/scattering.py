@@ -18,8 +18,7 @@ import numpy as np
 from workbench.errors import InputError
 from workbench.goals.gain import largest_singular
 from workbench.goals.goal import NEAR, Value, infinite, near, stability_reason
-from workbench.goals.peak import Axis, PeakMeasure
-from workbench.lti.bilinear import in_w_plane, unwarped
+from workbench.goals.peak import Axis, PeakMeasure, in_w_plane
 from workbench.lti.norm import intervals_above, peak_gain, proposals
 from workbench.lti.peak_search import peaks, seeds
 from workbench.lti.realisation import EPS, Realisation, balanced, responder
@@ -173,5 +172,5 @@ class SectorMeasure:
         h = self.peak.channel.sample_time
         if h is None:
             return omega
-        found = unwarped(omega, h)
+        found = 2 / h * np.arctan(np.asarray(omega, float) * h / 2)
         return found if np.ndim(omega) else float(found)

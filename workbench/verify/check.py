@@ -11,7 +11,6 @@ passed; what the budget did not suffice for is undecided, and does not pass eith
 import math
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -21,6 +20,8 @@ from flint import fmpq
 from workbench.verify.exact.deadline import OutOfTime, check, within
 from workbench.verify.exact.failure import NotProved, TableError
 from workbench.verify.exact.pole import boundary_kept
+from workbench.verify.finding import Finding, Report, outward
+from workbench.verify.plant.check import checked
 from workbench.verify.reading import digest_of, read_document
 from workbench.verify.vehicle import tie
 from workbench.verify.vehicle.kind import KINDS, MOTOR_CURRENT, PEAK, promised_names
@@ -36,61 +37,7 @@ from workbench.verify.vehicle.uncertain import interval_holds, method_of, worst_
 AGREES = 10**6  # one part in so many: a claim in floating point is right to about one in 1e9
 FLOATING = "floating point"
 BUDGET_SECONDS = 60.0
-
-
-@dataclass(frozen=True, slots=True)
-class Finding:
-    """One promise: what was claimed, what is proved, and whether it holds; `reason` says why not."""
-
-    name: str
-    sense: str
-    limit: float
-    claimed: tuple[float, float]
-    proved: tuple[float, float] | None
-    method: str
-    box: Mapping[str, tuple[float, float]]
-    holds: bool
-    reason: str
-    seconds: float
-    decided: bool = True
-
-    @property
-    def verdict(self) -> str:
-        """ "proved", "fails" (proved to be otherwise), "not proved", or "undecided" where the budget ended first."""
-        if self.holds:
-            return "proved"
-        if not self.decided:
-            return "undecided"
-        return "not proved" if self.proved is None else "fails"
-
-
-@dataclass(frozen=True, slots=True)
-class Report:
-    """What became of a table.
-
-    faults : one sentence for each thing that does not hold
-    plant_follows : whether the printed plant is that of the vehicle beside it; None if no vehicle stands there
-    undecided : what the table itself says it does not promise over a box; nothing is proved of that
-    coupling : largest part of the plant that the groups leave out, relative: zero, or the table does not hold
-    not_promised : quantities, motions, plants and speeds that the table promises nothing of
-    stated : figures that the author states and nobody proved, by their place in the table
-    """
-
-    problem: str
-    digest: str
-    digest_ok: bool
-    plant_follows: bool | None
-    coupling: float
-    findings: tuple[Finding, ...]
-    faults: tuple[str, ...]
-    undecided: tuple[Undecided, ...] = ()
-    not_promised: tuple[str, ...] = ()
-    stated: tuple[str, ...] = ()
-
-    @property
-    def proved(self) -> bool:
-        """Whether everything holds: digest, plant, and every requirement promised and proved."""
-        return not self.faults
+PLANTS = 2  # version of the tables of any plant; 1 are those of vehicles
 
 
 def verify(
@@ -115,6 +62,8 @@ def verify_document(
             f"budget_seconds must be a positive, finite number of seconds; got {budget_seconds}. Give more."
         )
     with within(budget_seconds):
+        if document.get("version") == PLANTS:
+            return checked(document, on_promise)
         return _checked(document, on_promise)
 
 
@@ -178,16 +127,6 @@ def _state(statements: Statements, findings: list[Finding], faults: list[str]) -
             raise
         faults.append(f"the table's other figures leave no room for a derivation ({error})")
     faults += statements.faults
-
-
-def outward(low: fmpq, high: fmpq) -> tuple[float, float]:
-    """The narrowest two doubles with the interval between them."""
-    below, above = float(low), float(high)
-    while fmpq(*below.as_integer_ratio()) > low:
-        below = math.nextafter(below, -math.inf)
-    while fmpq(*above.as_integer_ratio()) < high:
-        above = math.nextafter(above, math.inf)
-    return below, above
 
 
 def _plant_follows(table: Table, faults: list[str]) -> bool | None:

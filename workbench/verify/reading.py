@@ -16,7 +16,7 @@ from workbench.verify.exact.failure import TableError
 
 T = TypeVar("T")
 FORMAT = "maglev-workbench gain table"
-VERSION = 1
+VERSIONS = (1, 2)  # of vehicles; of any plant
 LARGEST_FILE = 4_000_000  # bytes; a table with evidence is below 1 MB
 LONGEST_DECIMAL = 60  # characters; a double needs 24, and the work grows with their number
 LARGEST_EXPONENT = 330
@@ -45,11 +45,11 @@ def read_document(path: Path) -> dict[str, Any]:
         raise TableError(f"{path} must be valid JSON; {fault}. Get the table again from its source.") from error
     if not isinstance(document, dict):
         raise TableError(f"{path} must hold a JSON mapping; got a {type(document).__name__}. Give a gain table.")
-    if document.get("format") != FORMAT or document.get("version") is not VERSION:
+    if document.get("format") != FORMAT or document.get("version") not in VERSIONS or document["version"] is True:
         given = str(document.get("format"))[:60], str(document.get("version"))[:20]
         raise TableError(
-            f"{path} must be of format {FORMAT!r}, version {VERSION}; got {given[0]!r}, version {given[1]}. "
-            "Give the JSON that 'workbench design' wrote."
+            f"{path} must be of format {FORMAT!r}, version 1 or 2; got {given[0]!r}, version {given[1]}. "
+            "Give the JSON that 'workbench design' wrote, or use the workbench that wrote this one."
         )
     return document
 

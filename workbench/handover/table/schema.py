@@ -233,3 +233,12 @@ class Undecided(Part):
     box: Annotated[dict[Name, Interval], Field(max_length=50)]
     share: Annotated[float, Field(ge=0, le=1)]
     reason: Text
+
+
+def versions() -> dict[str, str]:
+    """Versions of what computes, as they are installed."""
+    import platform
+    from importlib.metadata import version
+
+    packages = {"workbench": "maglev-workbench", "casadi": "casadi", "numpy": "numpy", "scipy": "scipy"}
+    return {name: version(package) for name, package in packages.items()} | {"python": platform.python_version()}

@@ -13,9 +13,9 @@ Published schema: gain_table.schema.json, beside this file.
 import json
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
 
-from pydantic import Field, JsonValue, ValidationError, model_validator
+from pydantic import BaseModel, Field, JsonValue, ValidationError, model_validator
 
 from workbench.control import GAIN_UNITS, Gains, ModalLaw
 from workbench.control.discrete import DiscreteLaw, discretise
@@ -38,14 +38,19 @@ from workbench.handover.table.schema import (
     Text,
     Undecided,
     Versions,
+    versions,
 )
 from workbench.lti import Plant
 from workbench.machine.reading import read_mapping
 from workbench.machine.writing import write_text
 from workbench.result import Result, Row
 
+if TYPE_CHECKING:
+    from workbench.handover.table.plant import PlantTable
+
+T = TypeVar("T", bound=BaseModel)
 FORMAT = "maglev-workbench gain table"
-VERSION = 1
+VERSION = 1  # of vehicles
 INVARIANCE = (
     "Two directions of the seventeen parameters change nothing: vertical filter gains × λ with K_heave, K_pitch / λ, "
     "and lateral filter gains × μ with K_sway, K_yaw / μ, K_roll following (Gains.rescaled)."
@@ -161,7 +166,7 @@ def table_from_design(
         "format": FORMAT, "version": VERSION, "problem": problem.name, "title": problem.title,
         "data_sha256": problem.data_sha256,
         "created": (created or datetime.now(UTC)).astimezone(UTC).strftime("%Y-%m-%dT%H:%M:%SZ"),
-        "versions": _versions(), "seed": design.seed, "solver": design.solver, "starts": len(design.starts),
+        "versions": versions(), "seed": design.seed, "solver": design.solver, "starts": len(design.starts),
         "gains": {name: repr(value) for name, value in gains.as_dict().items()}, "units": dict(GAIN_UNITS),
         "invariance": _invariance(problem, gains),
         "law": law_part(problem.law, problem.sample_time),
@@ -172,7 +177,7 @@ def table_from_design(
     }  # fmt: skip
     document["promises"] = promises(design, document)
     document["digest"] = digest_of(document)
-    return _validated(document, "the design's table")
+    return _validated(document, "the design's table", GainTable)
 
 
 def write_table(table: GainTable, path: Path) -> GainTable:
@@ -187,8 +192,24 @@ def table_json(table: GainTable) -> str:
     return json.dumps(table.to_dict(), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 
-def read_table(path: Path) -> GainTable:
-    """The table in a file.
+def table_of(design) -> "GainTable | PlantTable":
+    """The gain table of a design: of a vehicle, or of any plant.
+
+    design : workbench.design.design.Design
+    """
+    from workbench.handover.table.plant import plant_table
+
+    problem = design.problem
+    if problem.flies:
+        return table_from_design(design)
+    judged = [(goal, verdict) for goal in problem.goals for verdict in design.verdicts if verdict.name == goal.name]
+    return plant_table(
+        problem, design.values, judged, seed=design.seed, solver=design.solver, starts=len(design.starts)
+    )
+
+
+def read_table(path: Path) -> "GainTable | PlantTable":
+    """The table in a file: `GainTable` of a vehicle (version 1), `PlantTable` of any plant (version 2).
 
     Raises
     ------
@@ -203,13 +224,18 @@ def read_table(path: Path) -> GainTable:
             f"{path} must be a gain table, of format {FORMAT!r}; got format {given['format']!r}. "
             "Give the JSON that 'workbench design' wrote."
         )
-    if document.get("version") != VERSION:
+    from workbench.handover.table.plant import VERSION as PLANTS
+    from workbench.handover.table.plant import PlantTable
+
+    known: dict[Any, type[GainTable] | type[PlantTable]] = {VERSION: GainTable, PLANTS: PlantTable}
+    version = document.get("version")
+    if isinstance(version, bool) or not isinstance(version, int) or version not in known:
         raise InputError(
-            f"{path} must be a gain table of version {VERSION}; got {given['version']!r}. "
+            f"{path} must be a gain table of version {VERSION} or {PLANTS}; got {given['version']!r}. "
             "Use the workbench that wrote it."
         )
     check_digest(document, Path(path))
-    return _validated(document, str(path))
+    return _validated(document, str(path), known[version])
 
 
 def schema() -> dict[str, Any]:
@@ -217,9 +243,9 @@ def schema() -> dict[str, Any]:
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **GainTable.model_json_schema()}
 
 
-def _validated(document: dict[str, Any], place: str) -> GainTable:
+def _validated(document: dict[str, Any], place: str, part: type[T]) -> T:
     try:
-        return GainTable.model_validate_json(json.dumps(document))
+        return part.model_validate_json(json.dumps(document))
     except ValidationError as error:
         first = error.errors(include_url=False, include_context=False)[0]
         key = ".".join(str(part) for part in first["loc"]) or "the table as a whole"
@@ -247,11 +273,3 @@ def law_part(law: ModalLaw, sample_time: float) -> dict[str, Any]:
         "actuators": [{"name": a.name, "signal": a.signal, "lever": repr(float(a.lever))} for a in law.actuators],
         "sample_time_s": repr(float(sample_time)),
     }
-
-
-def _versions() -> dict[str, str]:
-    import platform
-    from importlib.metadata import version
-
-    packages = {"workbench": "maglev-workbench", "casadi": "casadi", "numpy": "numpy", "scipy": "scipy"}
-    return {name: version(package) for name, package in packages.items()} | {"python": platform.python_version()}

@@ -26,7 +26,21 @@ class Peak:
 
     def __init__(self, seen: System, lengths: Sequence[fmpq]) -> None:
         """seen: the sensitivity between pattern commands, stable; lengths: squared lengths of the patterns."""
-        self._terms = squared_minors(seen, lengths)
+        p = seen.A.charpoly()
+        self._of(squared_minors(p, numerators(seen, p), lengths))
+
+    @classmethod
+    def of_fractions(cls, p: fmpq_poly, N: Sequence[Sequence[fmpq_poly]]) -> "Peak":
+        """Of any stable N/p, proper and of any shape: rows or columns of zeros make it square."""
+        m = max(len(N), len(N[0]))
+        none = fmpq_poly([0])
+        square = [[N[i][j] if i < len(N) and j < len(N[0]) else none for j in range(m)] for i in range(m)]
+        peak = cls.__new__(cls)
+        peak._of(squared_minors(p, square, [fmpq(1)] * m))
+        return peak
+
+    def _of(self, terms: list[fmpq_poly]) -> None:
+        self._terms = terms
         ends = [term.coeffs()[-1] if term.degree() == self._terms[0].degree() else fmpq(0) for term in self._terms]
         self._at_infinity = [end / ends[0] for end in ends]
 
@@ -39,16 +53,35 @@ class Peak:
 
     def below(self, level: fmpq) -> bool:
         """Whether the peak is proved to lie below a level; if not, it is proved to be at least that."""
-        return self._below_at_infinity(level) and roots_from_zero(self.polynomial(level)) == 0
+        return _below(self._at_infinity, level) and roots_from_zero(self.polynomial(level)) == 0
 
-    def _below_at_infinity(self, level: fmpq) -> bool:
-        """Whether every singular value of S(∞) lies below the level: the polynomial in γ² has no root from there on."""
-        m = len(self._at_infinity) - 1
-        shifted = fmpq_poly([0])
-        variable = fmpq_poly([level * level, 1])
-        for share in self._at_infinity:
-            shifted = shifted * variable + share
-        return shifted.degree() == m and roots_from_zero(shifted) == 0
+    @property
+    def zero(self) -> bool:
+        """Whether nothing passes at any frequency."""
+        return all(term == 0 for term in self._terms[1:])
+
+    def at_most(self, level: fmpq) -> bool:
+        """Whether the peak is proved not to exceed a level; of a single signal the level may be touched."""
+        if self.zero or self.below(level):
+            return True
+        F = self.polynomial(level)
+        single = all(term == 0 for term in self._terms[2:])
+        if not single or -self._at_infinity[1] > level * level:
+            return False
+        return _never_negative(F)
+
+    def below_between(self, level: fmpq, low: fmpq, high: fmpq) -> bool:
+        """The same for ω² from low to high alone, by x = (low + high t)/(1 + t), t from 0 to ∞."""
+        at_low = [term(low) for term in self._terms]
+        if at_low[0] == 0 or not _below([value / at_low[0] for value in at_low], level):
+            return False
+        F = self.polynomial(level)
+        over, under = fmpq_poly([low, high]), fmpq_poly([1, 1])
+        total, power = fmpq_poly([0]), fmpq_poly([1])
+        for k in range(F.degree(), -1, -1):
+            total = total * over + F[k] * power
+            power = power * under
+        return total.degree() == F.degree() and roots_from_zero(total) == 0
 
     def enclosure(self, guess: fmpq, width: fmpq = WIDTH) -> tuple[fmpq, fmpq]:
         """(low, high) with low ≤ peak < high, high ≤ (1 + width) low, searched from a guess."""
@@ -70,10 +103,36 @@ class Peak:
         return low, high
 
 
-def squared_minors(seen: System, lengths: Sequence[fmpq]) -> list[fmpq_poly]:
+def _never_negative(p: fmpq_poly) -> bool:
+    """Whether a polynomial is at least zero for all x ≥ 0: its factors of odd multiplicity have no root there."""
+    if p == 0:
+        return True
+    _, factors = p.numer().factor_squarefree()
+    x = fmpq_poly([0, 1])
+    for factor, multiplicity in factors:
+        odd = fmpq_poly(factor)
+        if odd[0] == 0:
+            odd = odd // x  # a root at zero: no sign on its left
+        if multiplicity % 2 and odd.degree() > 0 and roots_from_zero(odd) > 0:
+            return False
+    return p.coeffs()[-1] > 0
+
+
+def _below(shares: Sequence[fmpq], level: fmpq) -> bool:
+    """Whether every singular value at one frequency lies below a level: det(γ² I − S*S) has no root from there on.
+
+    shares : coefficients in falling powers of γ², the first 1
+    """
+    shifted = fmpq_poly([0])
+    variable = fmpq_poly([level * level, 1])
+    for share in shares:
+        shifted = shifted * variable + share
+    return shifted.degree() == len(shares) - 1 and roots_from_zero(shifted) == 0
+
+
+def squared_minors(p: fmpq_poly, N: list[list[fmpq_poly]], lengths: Sequence[fmpq]) -> list[fmpq_poly]:
     """Coefficients of (−1)^k γ^{2(m−k)} in F, as polynomials in x = ω²: |p|², then sums of |minors of order k|²."""
-    m, p = len(lengths), seen.A.charpoly()
-    N = numerators(seen, p)
+    m = len(lengths)
     out = [_square(p)]
     for k in range(1, m + 1):
         total = fmpq_poly([0])

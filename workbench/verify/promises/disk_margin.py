@@ -1,0 +1,24 @@
+"""Disk margin α at points together: gains and phases there may change at once within the disk of α.
+
+The multiloop margin with zero skew is 1/sup μ(S − I/2), μ for a diagonal of complex numbers; with one point μ is the
+size itself, with several it is bounded from above by weights of the points, of each frequency its own.
+Source: Seiler, Packard & Gahinet, IEEE Control Systems 40 (2020) 78.
+"""
+
+from workbench.verify.exact.failure import NotProved
+from workbench.verify.plant.loop import Loop
+from workbench.verify.plant.table import Promise
+from workbench.verify.promises.answer import Answer, require_sense
+from workbench.verify.promises.peak import level_kept
+
+KIND = "disk margin"
+
+
+def prove(loop: Loop, promise: Promise) -> Answer:
+    """Whether σ_max(D (S − I/2) D⁻¹) stays at or below 1/limit."""
+    require_sense(promise, ">=")
+    if promise.limit <= 0:
+        raise NotProved("a disk margin is above zero")
+    points = promise.subject.points
+    kept, method = level_kept(loop, promise.subject, points, points, 1 / promise.limit, half=True)
+    return Answer(kept, promise.limit if kept else None, None if kept else promise.limit, method)

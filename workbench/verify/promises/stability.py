@@ -1,0 +1,34 @@
+"""Stability: every characteristic root of the closed loop decays; with dead times the roots beyond are counted.
+
+The limit, 0 or more, is a decay [1/s] that every root exceeds.
+"""
+
+from flint import ctx
+
+from workbench.verify.exact.failure import NotProved
+from workbench.verify.exact.pole import PRECISION, ends, smallest
+from workbench.verify.exact.quasi import beyond
+from workbench.verify.plant.loop import Loop
+from workbench.verify.plant.response import COUNTED, ISOLATED, late, poles
+from workbench.verify.plant.table import Promise
+from workbench.verify.promises.answer import Answer, require_sense
+
+KIND = "stability"
+
+
+def prove(loop: Loop, promise: Promise) -> Answer:
+    """Whether all roots have Re s < −limit."""
+    require_sense(promise, ">=")
+    if promise.subject.band is not None or promise.limit < 0:
+        raise NotProved("stability speaks of every root and a decay of zero or more")
+    if late(loop, promise.subject.openings):
+        outside = beyond(loop.characteristic(promise.subject.openings), promise.limit)
+        return Answer(outside == 0, promise.limit if outside == 0 else None, None, COUNTED)
+    found = poles(loop, promise.subject.openings)
+    if not found:
+        return Answer(True, promise.limit, None, ISOLATED)
+    with ctx.workprec(PRECISION):
+        decay = smallest([-s.real for s in found])
+        if not (decay > promise.limit or decay <= promise.limit):
+            raise NotProved("a root lies on the limit or too close to it")
+        return Answer(bool(decay > promise.limit), *ends(decay), ISOLATED)
