@@ -7,12 +7,14 @@ import pytest
 from scipy.linalg import expm
 
 from workbench.analysis.precision import single_precision
-from workbench.analysis.sampled import bilinear, sampled_loop, sampled_peak
+from workbench.analysis.sampled import sampled_loop, sampled_peak
 from workbench.control.discrete import DiscreteLaw, discretise
 from workbench.errors import InputError
 from workbench.files.problem import load_problem
 from workbench.lti import Plant
+from workbench.lti.bilinear import in_w_plane
 from workbench.lti.norm import peak_gain
+from workbench.lti.realisation import Realisation
 
 T = 0.1
 INTEGRATOR = Plant(A=[[0.0]], B=[[1.0]], C=[[1.0]], D=[[0.0]], states=("x",), inputs=("u",), outputs=("y",))
@@ -107,7 +109,7 @@ def test_the_bilinear_map_keeps_the_gain_at_corresponding_frequencies():
     A = rng.normal(size=(4, 4))
     A *= 0.9 / np.abs(np.linalg.eigvals(A)).max()
     system = (A, rng.normal(size=(4, 2)), rng.normal(size=(3, 4)), rng.normal(size=(3, 2)))
-    mapped = bilinear(*system)
+    mapped = in_w_plane(Realisation(*system), 2.0)
     for omega in (0.1, 1.0, 10.0):
         z = (1 + 1j * omega) / (1 - 1j * omega)
         G = [c @ np.linalg.solve(p * np.eye(4) - a, b) + d for p, (a, b, c, d) in ((z, system), (1j * omega, mapped))]

@@ -10,9 +10,9 @@ from scipy.linalg import expm
 from test_goal_response import _alone
 
 from workbench.control.structure.block import Controller
-from workbench.goals.history import Lined, lined_difference, lined_series, step_pieces
 from workbench.goals.time import Overshoot, StepRejection
 from workbench.lti import modes as goal_modes
+from workbench.lti.march import Lined, lined_difference, lined_series, step_pieces
 from workbench.lti.modes import largest, step_response
 from workbench.lti.realisation import Realisation
 
@@ -185,14 +185,14 @@ def test_a_late_response_that_falls_too_slowly_is_given_up_early_and_said_to_be_
     # s² + 0.1s + 1 + 0.5e^(−sT) is stable for T < 0.202035; at 0.2 the slowest root leaves after 2e4 s
     from delay_cases import companion, late_loop
 
-    from workbench.goals import history as goal_history
+    from workbench.lti import march
 
     late = late_loop(companion([0.5], [1, 0.1, 1]), 1.0, 0.2)
     bound = Overshoot(inputs="u1", outputs="y1", percent=200.0).bind(late)
     pieces = []
-    keep = goal_history._March._keep
-    monkeypatch.setattr(goal_history._March, "_keep", lambda self, *given: (pieces.append(1), keep(self, *given))[1])
+    keep = march._March._keep
+    monkeypatch.setattr(march._March, "_keep", lambda self, *given: (pieces.append(1), keep(self, *given))[1])
     value = bound.exact(late.structure.controller())
     assert value.upper == math.inf
     assert "does not rest" in value.reason
-    assert len(pieces) < goal_history.MOST_PIECES / 4
+    assert len(pieces) < march.MOST_PIECES / 4

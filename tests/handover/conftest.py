@@ -2,11 +2,9 @@
 
 import pytest
 
-from workbench.analysis.analysis import analyse
 from workbench.control import Gains
-from workbench.design.design import Design, Start
+from workbench.design.record import Design, Start, given
 from workbench.design.requirement import Requirement
-from workbench.design.verdict import verdicts
 from workbench.files.problem import load_problem
 from workbench.handover.table.table import table_from_design
 
@@ -29,12 +27,8 @@ def design_of(gains: Gains, name: str = "revenue_vehicle") -> Design:
     sideways = "sway_roll_yaw" in problem.setting.groups
     asked = [Requirement(*limit) for limit in LIMITS.items() if sideways or "lateral" not in limit[0]]
     problem = problem.with_requirements(asked)
-    analysis = analyse(problem.setting, gains, problem.name)
-    start = Start(number=0, cost=analysis.cost or 0.0, violation=0.0, evaluations=1, message="given")
-    return Design(
-        problem=problem, gains=gains, analysis=analysis, requirements=verdicts(problem, analysis), starts=(start,),
-        binding=("peak sensitivity of heave_pitch",), seed=3, solver="slsqp",
-    )  # fmt: skip
+    start = Start(number=0, cost=0.0, violation=0.0, evaluations=1, message="given")
+    return given(problem, gains, starts=(start,), binding=("peak sensitivity of heave_pitch",), seed=3, solver="slsqp")
 
 
 @pytest.fixture(scope="session")

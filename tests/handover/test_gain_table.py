@@ -108,7 +108,7 @@ def test_every_promise_holds_its_requirements_value_and_keeps_its_limit(design, 
 
 def test_a_peak_gap_is_promised_from_its_static_part_and_three_sigma(design):
     problem = design.problem.with_requirements([Requirement("peak gap change", 0.2)])
-    one = replace(design, problem=problem, requirements=verdicts(problem, design.analysis))
+    one = replace(design, problem=problem, verdicts=verdicts(problem, design.analysis))
     (promise,) = table_from_design(one).promises
     low, high = promise.enclosure
     value = design.analysis.peak_gap_change["gap"]
@@ -119,7 +119,7 @@ def test_a_peak_gap_is_promised_from_its_static_part_and_three_sigma(design):
 
 def test_what_the_prover_cannot_prove_is_promised_in_floating_point_and_says_so(design):
     problem = design.problem.with_requirements([Requirement("vertical ride mask ratio", 10.0)])
-    one = replace(design, problem=problem, requirements=verdicts(problem, design.analysis))
+    one = replace(design, problem=problem, verdicts=verdicts(problem, design.analysis))
     (promise,) = table_from_design(one).promises
     assert promise.method == "floating point: figure of the analysis"
     assert promise.enclosure == [one.requirements[0].value] * 2

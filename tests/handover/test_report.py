@@ -182,7 +182,7 @@ def test_a_problem_of_heave_alone_shows_what_it_looks_at_and_no_more(heave_desig
 def test_a_missed_requirement_is_said_first(design):
     first, *rest = design.requirements
     missed = replace(first, limit=0.5, met=False)
-    page = Page(report_html(replace(design, requirements=(missed, *rest))))
+    page = Page(report_html(replace(design, verdicts=(missed, *rest))))
     assert "1 of 11 requirements missed" in page.words
     assert "damping ratio ≥ 0.5 0.4004 125 % missed" in page.words
 
@@ -196,7 +196,7 @@ def test_text_from_files_cannot_become_markup(design):
 
 
 def test_a_table_of_other_gains_is_refused(design, table):
-    other = replace(design, gains=design.gains.with_values(K_h=-1.0))
+    other = replace(design, values={**design.values, "K_h": -1.0})
     with pytest.raises(InputError, match="the gain table must hold the design's gains"):
         report_html(other, table=table)
 

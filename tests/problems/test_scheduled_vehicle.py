@@ -9,10 +9,11 @@ from workbench import cli
 from workbench.analysis.analysis import analyse
 from workbench.control.schedule import Schedule
 from workbench.design.design import Design, refine
+from workbench.design.record import given
 from workbench.design.requirement import Requirement
 from workbench.design.scheduled import Plan, dense_check, schedule_design
 from workbench.design.speed_family import force_numbers, plant_family, speed_family
-from workbench.design.verdict import margin_verdicts, verdicts
+from workbench.design.verdict import margin_verdicts
 from workbench.errors import InfeasibleError, InputError
 from workbench.files.problem import load_problem, parse_problem, read_gains, read_schedule, shipped_problems
 from workbench.handover.table.table import read_table
@@ -154,12 +155,7 @@ def test_a_plan_that_cannot_be_kept_names_the_worst_speed(problem, plants):
 
 def as_it_is(problem) -> Design:
     """The approved gains as a design, without another optimisation."""
-    analysis = analyse(problem.setting, problem.approved)
-    judged = verdicts(problem, analysis)
-    return Design(
-        problem=problem, gains=problem.approved, analysis=analysis, requirements=judged, starts=(), binding=(), seed=0,
-        solver="slsqp",
-    )  # fmt: skip
+    return given(problem, problem.approved, solver="slsqp")
 
 
 @pytest.mark.parametrize(

@@ -5,21 +5,14 @@ import json
 
 import pytest
 
-from workbench.analysis.analysis import analyse
-from workbench.design.design import Design
-from workbench.design.verdict import verdicts
+from workbench.design.record import Design, given
 from workbench.files.problem import load_problem
 from workbench.handover.table.table import digest_of, table_from_design
 
 
 def design_with(problem, gains=None) -> Design:
     """A problem's approved gains, or given ones, as a design."""
-    gains = problem.approved if gains is None else gains
-    analysis = analyse(problem.setting, gains, problem.name)
-    return Design(
-        problem=problem, gains=gains, analysis=analysis, requirements=verdicts(problem, analysis), starts=(),
-        binding=(), seed=0, solver="slsqp",
-    )  # fmt: skip
+    return given(problem, problem.approved if gains is None else gains, solver="slsqp")
 
 
 class TableFile:

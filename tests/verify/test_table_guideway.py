@@ -4,10 +4,8 @@ import dataclasses
 
 import pytest
 
-from workbench.analysis.analysis import analyse
-from workbench.design.design import Design
+from workbench.design.record import given
 from workbench.design.requirement import Requirement
-from workbench.design.verdict import verdicts
 from workbench.handover.table.certificate import certificate_of
 from workbench.handover.table.table import table_from_design
 from workbench.physics.guideway.roughness import Roughness
@@ -24,11 +22,7 @@ def on(file, guideway):
     """The table of known gains on another guideway, with limits that everything keeps."""
     problem = file.design.problem.with_requirements(Requirement(*limit) for limit in LIMITS.items())
     problem = problem.with_setting(dataclasses.replace(problem.setting, guideway=guideway))
-    analysis = analyse(problem.setting, file.design.gains, problem.name)
-    design = Design(
-        problem=problem, gains=file.design.gains, analysis=analysis, requirements=verdicts(problem, analysis),
-        starts=(), binding=(), seed=0, solver="slsqp",
-    )  # fmt: skip
+    design = given(problem, file.design.gains, solver="slsqp")
     return design, table_from_design(design).to_dict()
 
 

@@ -13,9 +13,11 @@ import numpy as np
 from workbench.control.discrete import DiscreteLaw
 from workbench.errors import InputError
 from workbench.lti import Plant
+from workbench.lti.bilinear import in_w_plane, unwarped
 from workbench.lti.hold import LARGEST, held
 from workbench.lti.model import Model
 from workbench.lti.norm import Peak, peak_gain
+from workbench.lti.realisation import Realisation
 from workbench.result import Result, Row
 
 MOST_DELAY = 50  # samples; beyond, the delay line is longer than any loop here bears
@@ -121,16 +123,11 @@ def sampled_peak(A, B, C, D, sample_time: float) -> Peak:
     The bilinear map z = (1 + w)/(1 − w) takes the unit circle to the imaginary axis and keeps the gain, so the
     certified bracket of the continuous case holds.
     """
-    peak = peak_gain(*bilinear(A, B, C, D))
-    return replace(peak, frequency=float(2 / sample_time * np.arctan(peak.frequency)))
-
-
-def bilinear(A, B, C, D) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """(A, B, C, D) in w of a system in z = (1 + w)/(1 − w); A must not have the eigenvalue −1."""
-    A, B, C, D = (np.asarray(matrix, float) for matrix in (A, B, C, D))
-    E = np.linalg.inv(np.eye(len(A)) + A)
-    root = np.sqrt(2.0)
-    return E @ (A - np.eye(len(A))), root * E @ B, root * C @ E, D - C @ E @ B
+    system = in_w_plane(Realisation(*(np.asarray(M, float) for M in (A, B, C, D))), sample_time)
+    if system is None:
+        raise InputError("the sampled loop must not have a pole at z = −1, its stability limit; it has. Stabilise it.")
+    peak = peak_gain(*system)
+    return replace(peak, frequency=float(unwarped(peak.frequency, sample_time)))
 
 
 def _sampled(plant: Plant, T: float, delay: float):

@@ -116,7 +116,8 @@ def design(
                 scheduled = _scheduled(loaded, options, lambda s: step(f"cost {s.cost:.4g}"), show)
                 result = scheduled.cruise
             else:
-                result = solve(loaded, **options, on_start=lambda s: step(f"cost {s.cost:.4g}"))
+                own = {key: value for key, value in options.items() if key != "solver"}
+                result = solve(loaded, method=solver, **own, on_start=lambda s: step(f"cost {s.cost:.4g}"))
         cases = robustness(loaded, result.gains, varied)
         left_out = []
         extras = _time_for_extras(deadline)

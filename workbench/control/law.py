@@ -21,7 +21,7 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from workbench.control.gains import GAIN_NAMES, Gains
+from workbench.control.gains import GAIN_NAMES, TIME_CONSTANTS, Gains
 from workbench.errors import InputError
 
 CHANNELS = ("heave", "pitch", "roll", "sway", "yaw")
@@ -275,7 +275,7 @@ class ModalLaw:
                     f"An unfiltered rate has no finite response to noise: give {tau} a value, or ask for roots only."
                 )
         kept = self.kept_filters(gains)
-        safe = gains.with_values(**{tau: getattr(gains, tau) or 1.0 for tau in ("tau_h", "tau_hp", "tau_z", "tau_y")})
+        safe = gains.with_values(**{tau: getattr(gains, tau) or 1.0 for tau in TIME_CONSTANTS})
         unfiltered = {"K_zdot": 0.0} if gains.tau_z == 0 else {}
         unfiltered |= {"K_ydot": 0.0} if gains.tau_y == 0 else {}
         values = ca.DM(list(safe.with_values(**unfiltered).as_dict().values()))

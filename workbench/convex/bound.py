@@ -32,7 +32,7 @@ from workbench.convex.preview import Cost, Measured, PreviewRegulator
 from workbench.errors import InputError
 from workbench.lti import Plant
 from workbench.lti.realisation import state_scale
-from workbench.lti.signals import numbered
+from workbench.lti.signals import current_of, numbered
 from workbench.lti.variance import stationary
 from workbench.result import Result, Row
 
@@ -231,7 +231,7 @@ def _open_loops(setting: Setting) -> list[tuple[Subject, Plant]]:
 
 def _current_states(subject: Subject) -> list[str]:
     """The plant's states that are currents, if its current loop has a lag."""
-    alone = {f"current of {name}" for name in subject.commands} | set(subject.law.currents)
+    alone = {current_of(name) for name in subject.commands} | set(subject.law.currents)
     return [name for name in subject.plant.states if name in alone]
 
 
@@ -247,7 +247,7 @@ def _with_current_states(subject: Subject) -> Plant:
         B=np.vstack([plant.B * [i not in u for i in range(len(plant.inputs))], np.eye(len(plant.inputs))[u]]),
         C=np.hstack([plant.C, plant.D[:, u]]),
         D=plant.D * [i not in u for i in range(len(plant.inputs))],
-        states=plant.states + tuple(f"current of {name}" for name in subject.commands),
+        states=plant.states + tuple(map(current_of, subject.commands)),
         inputs=plant.inputs, outputs=plant.outputs,
     )  # fmt: skip
 

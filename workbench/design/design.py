@@ -15,18 +15,17 @@ from workbench.analysis.analysis import Analysis, analyse
 from workbench.control import Gains
 from workbench.control.gains import GAIN_NAMES
 from workbench.design.problem import Problem
+from workbench.design.record import DIGITS, Design, Start, given
 from workbench.design.refusal import refusal
 from workbench.design.solve import cost, finish, relaxed, stable_start
 from workbench.design.steering import Programme
 from workbench.design.verdict import verdicts
-from workbench.errors import BudgetEnded, InputError
+from workbench.errors import BudgetEnded, InputError, unknown_name
 from workbench.goals.verdict import Verdict
 from workbench.machine.budget import NEVER, Deadline, current, keeping
 from workbench.machine.threads import one_thread
-from workbench.result import Result, Row
 from workbench.solve.smooth import Outcome, least_violation
 
-DIGITS = 6  # significant digits of a gain as printed; the rounded gains are what is verified
 BACK_OFFS = (
     5e-4,
     1e-3,
@@ -34,6 +33,8 @@ BACK_OFFS = (
     1e-2,
 )  # relative distance kept from every limit, raised where rounding or the grid crosses it
 STARTS = 16
+FEW = 4  # starts of the nonsmooth tuner
+SMOOTH, NONSMOOTH = ("slsqp", "ipopt"), "nonsmooth"
 # Reversing these leaves the yaw loop as it was and reverses what the lateral signals do to sway and roll. The roll
 # channel then carries them: on that side lie the best valleys of revenue_vehicle.
 MIRRORED = ("K_hp", "K_hpdot", "K_yddot", "K_ydot", "K_yaw")
@@ -58,111 +59,85 @@ CENTRE = {
 SPLIT_CENTRE = {**CENTRE, "K_sway": 3.0, "K_roll": 0.73, "K_yaw": 20.0}
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
-class Start(Result):
-    """One start: its number, the cost reached, the largest relative violation, evaluations, and the solver's words."""
-
-    number: int
-    cost: float
-    violation: float
-    evaluations: int
-    message: str
-
-    def rows(self) -> list[Row]:
-        return [
-            ("start", self.number, ""),
-            ("cost J", self.cost, ""),
-            ("violation", self.violation, "relative"),
-            ("evaluations", self.evaluations, ""),
-        ]
-
-
-@dataclass(frozen=True, kw_only=True, repr=False)
-class Design(Result):
-    """Gains that meet every requirement of a problem, with the evidence.
-
-    gains : rounded as printed, or given ones that meet everything to their last digit alone
-    analysis : exact measures of these gains;  requirements : verdicts
-    starts : how each start ended;  binding : requirements at their limits;  seed, solver : how to get there again
-    """
-
-    problem: Problem
-    gains: Gains
-    analysis: Analysis
-    requirements: tuple[Verdict, ...]
-    starts: tuple[Start, ...]
-    binding: tuple[str, ...]
-    seed: int
-    solver: str
-
-    def to_dict(self):
-        """The analysis' figures with gains, requirements and starts."""
-        document = self.analysis.to_dict()
-        document["requirements"] = [v.to_dict() for v in self.requirements]
-        document["starts"] = [s.to_dict() for s in self.starts]
-        document["binding"] = list(self.binding)
-        return document
-
-    def rows(self) -> list[Row]:
-        return [
-            ("problem", self.problem.name, ""),
-            ("cost J", self.analysis.cost, ""),
-            ("requirements met", all(v.met for v in self.requirements), ""),
-            *((f"{v.name} {v.sense} {v.limit:g}", v.value, v.unit) for v in self.requirements),
-            *self.gains.rows(),
-        ]
-
-
-def given(problem: Problem, gains: Gains, *, analysis: Analysis | None = None, solver: str = "given") -> Design:
-    """Gains from anywhere, judged as a design's are, whether they meet the requirements or not.
-
-    analysis : of these gains, if it is at hand already;  solver : who found them, in a word
-    """
-    analysis = analyse(problem.setting, gains, problem.name) if analysis is None else analysis
-    return Design(
-        problem=problem, gains=gains, analysis=analysis, requirements=verdicts(problem, analysis), starts=(),
-        binding=(), seed=0, solver=solver,
-    )  # fmt: skip
-
-
 def design(
     problem: Problem,
     *,
-    starts: int = STARTS,
+    starts: int | None = None,
     seed: int = 0,
-    solver: str = "slsqp",
-    start: Gains | None = None,
+    method: str | None = None,
+    start: Gains | Mapping[str, float] | None = None,
     workers: int = 1,
     on_start: Callable[[Start], None] | None = None,
     models: Sequence[Mapping[str, float]] | None = None,
     near: Sequence[Gains] = (),
+    seconds: float | None = None,
 ) -> Design:
-    """Chooses the free parameters of a problem to minimise J subject to its requirements.
+    """Chooses the free parameters of a problem so that its hard goals hold and its soft ones are small.
 
-    Every start is first solved with the peak sensitivity relaxed; the best few that differ are then brought to the
-    wanted limit, rounded and verified, and the cheapest that meets everything is the design.
+    Goals say how they steer: by many smooth rows (a vehicle's: SLSQP or IPOPT) or by few pieces with corners (margins,
+    gains, tracking: the nonsmooth tuner). Either way the printed parameters are judged by other algorithms.
+
+    Of a vehicle every start is first solved with the peak sensitivity relaxed; the best few that differ are then
+    brought to the wanted limit, rounded and verified, and the cheapest that meets everything is the design.
 
     Parameters
     ----------
-    starts : number of seeded starts, random around a centre; with `start` given, the first is those gains
-    solver : "slsqp" or "ipopt"
+    starts : number of seeded starts (16 of a vehicle, 4 else), random around a centre; with `start` given, the first
+        is those values
+    method : "slsqp", "ipopt" or "nonsmooth"; as the goals say if left out
     workers : processes among which the starts are shared; a script that asks for more than one needs the usual
         `if __name__ == "__main__"`. The starts do not depend on it.
     on_start : called after each start, for progress
     models : vehicles that must keep damping, decay, sensitivity and delay margin as well, as values of
         `design.model.PARAMETERS`; boxes, other limits and costs, and the evidence: `design.robust.robust_design`
     near : gains brought straight to the wanted limits beside the starts: neighbours of a sweep
+    seconds : of the search; without end for a vehicle, a minute else, if left out
 
-    Never dearer than `start` or one of `near`, where these meet the requirements themselves.
+    Never dearer than `start` or one of `near`, where these meet the goals themselves.
 
     Raises
     ------
     InfeasibleError
-        If no start meets every requirement: names what binds, where, and by how much it misses.
+        If no start meets every hard goal: names what binds, where, and by how much it misses.
     InputError
         If starts is not positive, nothing is free, or the problem cannot be designed.
     """
-    check_starts(starts)
+    how = method_of(problem, method)
+    count = (STARTS if how in SMOOTH else FEW) if starts is None else starts
+    check_starts(count)
+    if how not in SMOOTH:
+        from workbench.design.nonsmooth import nonsmooth_design
+
+        if models or near:
+            raise InputError("models and near are for a vehicle's design. Give the problem several models instead.")
+        options = {} if start is None else {"start": dict(start) if isinstance(start, Mapping) else start.as_dict()}
+        return nonsmooth_design(
+            problem, starts=count, seed=seed, seconds=seconds, workers=workers, on_start=on_start, **options
+        )
+    begun = start if start is None or isinstance(start, Gains) else Gains.from_mapping(start)
+    with keeping(current() if seconds is None else Deadline.after(seconds)):
+        return _smooth_design(problem, count, seed, how, begun, workers, on_start, models, near)
+
+
+def method_of(problem: Problem, method: str | None = None) -> str:
+    """The method asked for, or the one that the goals' way of steering asks for; refused where they do not fit."""
+    corners = any(goal.corners for goal in problem.goals) or not problem.flies
+    own = (NONSMOOTH,) if corners else SMOOTH
+    if method is None:
+        return own[0]
+    if method not in (*SMOOTH, NONSMOOTH):
+        raise unknown_name("method", method, (*SMOOTH, NONSMOOTH))
+    if method not in own:
+        steered = "pieces with corners" if corners else "smooth rows"
+        raise InputError(
+            f"the goals of {problem.name!r} steer by {steered}, which {method} does not follow; "
+            f"take {' or '.join(own)}."
+        )
+    return method
+
+
+def _smooth_design(problem, starts, seed, solver, start, workers, on_start, models, near) -> Design:
+    """The smooth programme: starts, candidates, the cheapest that meets everything."""
     if models:
         from workbench.design.model import Variation, sentence
         from workbench.design.robust import robust_design
@@ -220,8 +195,8 @@ def finished(
     if best is None:
         raise refusal(problem.name, [(judged.analysis, judged.requirements) for judged in looked_at])
     return Design(
-        problem=problem, gains=best.gains, analysis=best.analysis, requirements=best.requirements, starts=log,
-        binding=best.binding, seed=seed, solver=solver,
+        problem=problem, values=best.gains.as_dict(), verdicts=best.requirements, starts=log, binding=best.binding,
+        seed=seed, solver=solver, analysis=best.analysis,
     )  # fmt: skip
 
 

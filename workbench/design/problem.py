@@ -22,6 +22,7 @@ from workbench.control.structure.loop import Loop
 from workbench.control.structure.structure import Structure
 from workbench.design.models import Maker, VehicleModels, maker_of
 from workbench.design.requirement import MOTOR_CURRENT, RIDE_MASKS
+from workbench.design.tuner.programme import distinct
 from workbench.errors import InputError, unknown_name
 from workbench.lti.model import Model
 from workbench.lti.sums import terms
@@ -80,6 +81,7 @@ class Problem(Result):
             for goal in self.requirements:
                 _check_required(self, goal.name)
         else:
+            object.__setattr__(self, "goals", distinct(self.goals))
             _ = self.loops  # refuses what does not fit together
 
     @property
@@ -225,15 +227,15 @@ def _structure(given: Block | Sequence[Block], systems: Sequence[Model]) -> Stru
     read = dict.fromkeys(
         name for block in blocks for text in block.inputs for name in ([text] if text in made else terms(text))
     )
+    outside = [name for name in read if name not in made]
+    for name in outside:
+        if len(name) > 1 and get_close_matches(name, made, n=1, cutoff=0.75):
+            raise unknown_name("signal", name, made)
     if not any(name in made for name in read):
         raise InputError(
             f"a structure must read a signal that a model makes; it reads {', '.join(read)}, and there are "
             f"{', '.join(sorted(made))}. Mend the names."
         )
-    outside = [name for name in read if name not in made]
-    for name in outside:
-        if len(name) > 1 and get_close_matches(name, made, n=1, cutoff=0.75):
-            raise unknown_name("signal", name, made)
     return Structure(blocks, tuple(outside))
 
 

@@ -42,6 +42,7 @@ class Requirement:
     name: str
     limit: float
     hard: ClassVar[bool] = True
+    corners: ClassVar[bool] = False  # it steers by many smooth rows
 
     def __post_init__(self) -> None:
         if self.name not in QUANTITIES:

@@ -24,6 +24,7 @@ from workbench.design.design import (
     check_starts,
     distinct,
     finished,
+    given,
     jobs_of,
     relaxed_starts,
     rounded,
@@ -314,11 +315,7 @@ def _nominal_cost(problem: Problem, candidates, log, seed: int, solver: str) -> 
 
 
 def _judged(problem: Problem, gains: Gains, outcome: Outcome, log, seed: int, solver: str) -> Design:
-    analysis = analyse(problem.setting, gains, problem.name)
-    return Design(
-        problem=problem, gains=gains, analysis=analysis, requirements=verdicts(problem, analysis), starts=tuple(log),
-        binding=outcome.binding, seed=seed, solver=solver,
-    )  # fmt: skip
+    return given(problem, gains, starts=log, binding=outcome.binding, seed=seed, solver=solver)
 
 
 __all__ = ["RobustDesign", "Search", "Worst", "judged_model", "robust_design"]

@@ -14,19 +14,19 @@ from time import monotonic
 
 import numpy as np
 
-from workbench.analysis.analysis import analyse
 from workbench.control import GAIN_NAMES
 from workbench.control.schedule import Schedule
 from workbench.design.design import Design, Start, design
 from workbench.design.family import Family, PolynomialChart
 from workbench.design.model import STABILITY, Model
 from workbench.design.problem import Problem
+from workbench.design.record import given
 from workbench.design.refusal import in_words
 from workbench.design.requirement import Requirement
 from workbench.design.solve import finish
 from workbench.design.speed_family import PlantFamily, plant_family
 from workbench.design.steering import Programme
-from workbench.design.verdict import margin_verdicts, verdicts
+from workbench.design.verdict import margin_verdicts
 from workbench.errors import InfeasibleError, InputError
 from workbench.goals.verdict import Verdict
 from workbench.machine.budget import current, heed, keeping
@@ -189,7 +189,7 @@ def schedule_design(
         with one_thread():
             plants = plant_family(problem, plan.range)
     with keeping(current().share(CRUISE_SHARE)):
-        first = cruise or design(problem, starts=starts, seed=seed, solver=solver, workers=workers, on_start=on_start)
+        first = cruise or design(problem, starts=starts, seed=seed, method=solver, workers=workers, on_start=on_start)
     with one_thread():
         return _exchanged(problem, plan, plants, first, on_round, began, time_budget)
 
@@ -322,12 +322,8 @@ def _outside(problem: Problem, schedule: Schedule, plan: Plan) -> dict[str, floa
 def _at_cruise(problem: Problem, schedule: Schedule, first: Design, outcome: Outcome) -> Design:
     """The schedule's gains at the problem's own speed, judged by the exact measures."""
     gains = schedule.gains_at(problem.setting.speed)
-    analysis = analyse(problem.setting, gains, problem.name)
-    return Design(
-        problem=problem, gains=gains, analysis=analysis, requirements=verdicts(problem, analysis),
-        starts=first.starts, binding=tuple(n for n in outcome.binding if "bound of" not in n), seed=first.seed,
-        solver=first.solver,
-    )  # fmt: skip
+    binding = [n for n in outcome.binding if "bound of" not in n]
+    return given(problem, gains, starts=first.starts, binding=binding, seed=first.seed, solver=first.solver)
 
 
 def _verified(problem, plan: Plan, schedule, judged: Design, margins, rounds, plants, first, began) -> ScheduledDesign:

@@ -21,6 +21,7 @@ from workbench.goals.peak import Axis, PeakMeasure, Piece, Sampled, sampled
 from workbench.goals.promise import Promise
 from workbench.goals.registry import register
 from workbench.goals.verdict import Verdict
+from workbench.lti.bilinear import unwarped
 from workbench.lti.disk import disk_margin
 from workbench.lti.mu import gradient, lower, scalings
 from workbench.lti.peak_bound import CLOSE
@@ -172,7 +173,7 @@ class DiskMeasure:
         disk = disk_margin(*state.system, band=(low, high))
         if disk.lower < alpha <= disk.upper:  # a bracket that leaves the question open is narrowed
             disk = disk_margin(*state.system, band=(low, high), tolerance=FINEST)
-        omega = disk.frequency if h is None else 2 / h * math.atan(disk.frequency * h / 2)
+        omega = disk.frequency if h is None else float(unwarped(disk.frequency, h))
         return Value(
             value=alpha / disk.upper, upper=alpha / disk.lower, frequency=omega,
             channel=", ".join(self.peak.channel.inputs), method="bracket of the disk margin, proved band by band",
@@ -281,7 +282,7 @@ class DelayMeasure:
         if len(intervals) == 0:
             return 0.0, 0.0, None
         h = self.channel.sample_time
-        true = intervals if h is None else 2 / h * np.arctan(intervals * h / 2)
+        true = intervals if h is None else unwarped(intervals, h)
         omega = pursued(lambda at: self._excess(state, at), true)
         lag = np.angle(-self._loop(state, omega)) % (2 * math.pi)
         values = self.delay * omega / np.where(lag == 0, 2 * math.pi, lag)
@@ -294,7 +295,7 @@ class DelayMeasure:
             return infinite(state.reason)
         h = self.channel.sample_time
         top = math.inf if h is None else math.pi / h
-        poles = state.poles if h is None else state.poles.real + 2j / h * np.arctan(state.poles.imag * h / 2)
+        poles = state.poles if h is None else state.poles.real + 1j * unwarped(state.poles.imag, h)
         grid = seeds(poles, np.zeros(0), (0.0, top), density)
         finite = grid[np.isfinite(grid) & (grid > 0)]
         if abs(self._loop(state, finite[-1:])[0]) >= 1:

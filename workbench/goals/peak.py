@@ -17,6 +17,7 @@ import numpy as np
 
 from workbench.errors import InputError
 from workbench.goals.goal import FULL_BAND, NEAR, Value, infinite, near, stability_reason
+from workbench.lti.bilinear import in_w_plane, unwarped, warped
 from workbench.lti.count import unstable_poles
 from workbench.lti.norm import intervals_above, peak_gain
 from workbench.lti.peak_bound import CLOSE, Bracket, bracket, farther
@@ -84,32 +85,6 @@ class Axis:
         if sample_time is None:
             return cls(omega, omega)
         return cls(omega, warped(omega, sample_time))
-
-
-def warped(omega: np.ndarray, sample_time: float) -> np.ndarray:
-    """(2/h) tan(ωh/2), infinite at and beyond π/h."""
-    angle = np.asarray(omega, float) * sample_time / 2
-    inside = angle < math.pi / 2 * (1 - 1e-14)
-    return np.where(inside, np.tan(np.where(inside, angle, 0.0)), math.inf) * (2 / sample_time)
-
-
-def in_w_plane(system: Realisation, sample_time: float) -> Realisation | None:
-    """The continuous system with the same response at s = (2/h)(z − 1)/(z + 1); None with a pole at z = −1.
-
-    The states are balanced first; then I + A of a loop without a pole on the circle is as regular as that pole is far.
-    """
-    A, B, C, D = balanced(*system)
-    n = len(A)
-    if n == 0:
-        return system
-    try:
-        inverse = np.linalg.inv(np.eye(n) + A)
-    except np.linalg.LinAlgError:
-        return None
-    root = 2 / math.sqrt(sample_time)
-    return Realisation(
-        (2 / sample_time) * inverse @ (A - np.eye(n)), root * inverse @ B, root * C @ inverse, D - C @ inverse @ B
-    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -240,7 +215,7 @@ class PeakMeasure:
         rational = None if self.channel.delayed else self.shape.system(state.system, h is not None)
         if rational is not None and self.full and _stable(rational):
             peak = peak_gain(*rational)
-            omega = peak.frequency if h is None else 2 / h * math.atan(peak.frequency * h / 2)
+            omega = peak.frequency if h is None else float(unwarped(peak.frequency, h))
             method = "certified bracket, Hamiltonian" + (" in the w plane" if h is not None else "")
             upper, value, near_omega = peak.upper, peak.value, omega
             if value < 1 < upper:  # rounding beside light modes leaves it open; intervals of frequency may tell
@@ -274,7 +249,7 @@ class PeakMeasure:
         end = None if h is None else math.pi / h
 
         def true(at: np.ndarray) -> np.ndarray:
-            return at if h is None else 2 / h * np.arctan(at * h / 2)
+            return at if h is None else unwarped(at, h)
 
         def seen(omega: np.ndarray) -> np.ndarray:
             return omega if h is None else warped(omega, h)
@@ -331,7 +306,7 @@ class PeakMeasure:
         if h is not None:
             top = min(self.band[1], math.pi / h)
             poles = np.where(state.poles == 0, 1e-300, state.poles)
-            resonances = poles.real / (1 + (poles.imag * h / 2) ** 2) + 2j / h * np.arctan(poles.imag * h / 2)
+            resonances = poles.real / (1 + (poles.imag * h / 2) ** 2) + 1j * unwarped(poles.imag, h)
             return seeds(resonances, corners[corners < top], (self.band[0], top), density)
         if not self.channel.delayed:
             return seeds(state.poles, corners, self.band, density)
@@ -344,7 +319,7 @@ class PeakMeasure:
         h = self.channel.sample_time
 
         def true(omega):
-            return omega if h is None else 2 / h * np.arctan(np.asarray(omega) * h / 2)
+            return omega if h is None else unwarped(omega, h)
 
         def crossing(level: float) -> list[tuple[float, float]]:
             ends = crossings(system, level)

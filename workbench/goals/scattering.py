@@ -18,7 +18,8 @@ import numpy as np
 from workbench.errors import InputError
 from workbench.goals.gain import largest_singular
 from workbench.goals.goal import NEAR, Value, infinite, near, stability_reason
-from workbench.goals.peak import Axis, PeakMeasure, in_w_plane
+from workbench.goals.peak import Axis, PeakMeasure
+from workbench.lti.bilinear import in_w_plane, unwarped
 from workbench.lti.norm import intervals_above, peak_gain, proposals
 from workbench.lti.peak_search import peaks, seeds
 from workbench.lti.realisation import EPS, Realisation, balanced, responder
@@ -172,5 +173,5 @@ class SectorMeasure:
         h = self.peak.channel.sample_time
         if h is None:
             return omega
-        found = 2 / h * np.arctan(np.asarray(omega, float) * h / 2)
+        found = unwarped(omega, h)
         return found if np.ndim(omega) else float(found)

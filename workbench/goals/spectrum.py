@@ -21,6 +21,7 @@ from workbench.goals.goal import NEAR, Asked, Bound, Goal, Value, infinite, posi
 from workbench.goals.key import Key, magnitude
 from workbench.goals.peak import Axis, PeakMeasure, Piece, sampled
 from workbench.goals.registry import register
+from workbench.lti.bilinear import unwarped
 from workbench.lti.end import first_terms, limit
 from workbench.lti.peak_ceiling import Ceiling, density_ceiling, enclosure
 from workbench.lti.peak_search import seeds
@@ -271,7 +272,7 @@ class RmsMeasure:
                 reason = f"the output's PSD {where}, so its rms is infinite; add a filter or a focus band."
                 return infinite(reason), nothing, nothing, nothing
         corners = np.concatenate([density_.corners() for density_ in self.densities])
-        poles = state.poles if h is None else state.poles.real + 2j / h * np.arctan(state.poles.imag * h / 2)
+        poles = state.poles if h is None else state.poles.real + 1j * unwarped(state.poles.imag, h)
         grid = seeds(poles, corners, (low, high), "dense" if density == "checking" else density)
         widths = np.abs(poles.real)[:, None] * np.r_[-LADDER, LADDER]  # a light mode's tail reaches far beyond its peak
         tails = (poles.imag[:, None] + np.where(np.abs(widths) < np.abs(poles)[:, None], widths, 0.0)).ravel()

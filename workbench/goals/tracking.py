@@ -20,7 +20,7 @@ from workbench.goals.key import Key, weight
 from workbench.goals.margin import no_focus
 from workbench.goals.registry import register
 from workbench.goals.transient import StaticMeasure, TransientMeasure, transient_size
-from workbench.goals.variance import tustin
+from workbench.goals.variance import as_seen
 from workbench.lti.join import difference
 from workbench.lti.realisation import Realisation
 from workbench.lti.weight import Filter, WeightLike, filter_of
@@ -75,7 +75,7 @@ class StepTracking(Goal):
     def bind(self, loop: Any) -> Bound:
         """The goal on one loop."""
         channel = loop.channel(inputs=self.inputs, outputs=self.outputs, openings=self.openings)
-        model = tustin(_reference(self), channel.sample_time)
+        model = as_seen(_reference(self), channel.sample_time)
         count = len(self.inputs)
         one = Realisation(np.zeros((0, 0)), np.zeros((0, count)), np.zeros((count, 0)), np.eye(count))
         size = transient_size(difference(model, one), 1, channel.sample_time)
@@ -124,7 +124,7 @@ class Transient(Goal):
     def bind(self, loop: Any) -> Bound:
         """The goal on one loop."""
         channel = loop.channel(inputs=self.inputs, outputs=self.outputs, openings=self.openings)
-        model = tustin(_reference(self), channel.sample_time)
+        model = as_seen(_reference(self), channel.sample_time)
         if model.D.shape != (len(self.outputs), len(self.inputs)):
             raise InputError(
                 f"the reference must have {len(self.outputs)} outputs and {len(self.inputs)} inputs; "

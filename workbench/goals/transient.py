@@ -12,16 +12,10 @@ import numpy as np
 
 from workbench.errors import InputError
 from workbench.goals.goal import Value, infinite, stability_reason
-from workbench.goals.history import (  # fmt: skip
-    BY_STEPS,
-    Lined,
-    delayed_pieces,
-    delayed_reason,
-    lined_difference,
-    unjudged,
-)
+from workbench.goals.history import BY_STEPS, delayed_pieces, delayed_reason, unjudged
 from workbench.lti.energy import energy, energy_by_doubling
 from workbench.lti.join import difference
+from workbench.lti.march import Lined, lined_difference
 from workbench.lti.realisation import EPS, Realisation
 
 if TYPE_CHECKING:

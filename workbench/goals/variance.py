@@ -18,12 +18,14 @@ import numpy as np
 from workbench.errors import InputError
 from workbench.goals.gain import check_signals, check_weights
 from workbench.goals.goal import Asked, Bound, Goal, Value, infinite, positive, stability_reason
-from workbench.goals.history import BY_STEPS, Lined, delayed_pieces, lined_series, unjudged
+from workbench.goals.history import BY_STEPS, delayed_pieces, unjudged
 from workbench.goals.key import Key, weight
 from workbench.goals.margin import no_focus
 from workbench.goals.registry import register
+from workbench.lti.bilinear import tustin
 from workbench.lti.energy import energy, energy_by_doubling
 from workbench.lti.join import Weighted
+from workbench.lti.march import Lined, lined_series
 from workbench.lti.realisation import Realisation, balanced
 from workbench.lti.variance import stationary
 from workbench.lti.weight import Filter, WeightLike, filter_of
@@ -95,17 +97,9 @@ class WeightedVariance(Goal):
         return Bound(self, VarianceMeasure.of(channel, self.left, self.right, self.limit))
 
 
-def tustin(filter_: Filter, sample_time: float | None) -> Realisation:
+def as_seen(filter_: Filter, sample_time: float | None) -> Realisation:
     """The filter as a loop sees it: itself, or sampled by Tustin's rule."""
-    A, B, C, D = filter_.system
-    if sample_time is None or len(A) == 0:
-        return filter_.system
-    h = sample_time
-    closing = np.linalg.inv(np.eye(len(A)) - A * h / 2)
-    root = math.sqrt(h)
-    return Realisation(
-        closing @ (np.eye(len(A)) + A * h / 2), root * closing @ B, root * C @ closing, D + C @ closing @ B * h / 2
-    )
+    return filter_.system if sample_time is None else tustin(filter_.system, sample_time)
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,7 +117,7 @@ class VarianceMeasure:
         h = channel.sample_time
         before = filter_of("left", left, len(channel.outputs), side="left")
         after = filter_of("right", right, len(channel.inputs), side="right")
-        return cls(channel, Weighted(tustin(before, h), tustin(after, h)), limit, (before, after))
+        return cls(channel, Weighted(as_seen(before, h), as_seen(after, h)), limit, (before, after))
 
     def evaluate(self, K: "Controller") -> Value:
         """Lyapunov equations for the norm and its gradient."""

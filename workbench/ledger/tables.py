@@ -16,6 +16,7 @@ import numpy as np
 
 from workbench.constants import GRAVITY
 from workbench.control import Gains, ModalLaw
+from workbench.control.gains import TIME_CONSTANTS
 from workbench.control.loop.polynomial import LoopPolynomial, named_parameters
 from workbench.control.loop.reduced import reduced_model
 from workbench.errors import InputError
@@ -150,7 +151,7 @@ def _symbols(vehicle: Vehicle, gains: Gains) -> dict[str, float]:
 
 def _named_time_constants(gains: Gains) -> dict[str, float]:
     """τ common to all filters; and, as everywhere, zero for a filter without rate gain outside the sway/roll model."""
-    return {name: v for name, v in named_parameters(gains).items() if name.startswith("tau_")} | {"tau": gains.tau_h}
+    return {name: named_parameters(gains)[name] for name in TIME_CONSTANTS} | {"tau": gains.tau_h}
 
 
 def _ours(where: str, linear: Linearisation, model: LoopPolynomial | None) -> float | None:

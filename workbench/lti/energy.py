@@ -9,7 +9,8 @@ So the H₂ norm (B the input matrix), and the energy of the transient of a step
 
 import numpy as np
 
-from workbench.lti.realisation import state_scale
+from workbench.lti.bilinear import tustin
+from workbench.lti.realisation import Realisation, state_scale
 
 MOST_DOUBLINGS = 60
 
@@ -45,7 +46,7 @@ def _both(A: np.ndarray, B: np.ndarray, C: np.ndarray) -> tuple[np.ndarray, np.n
 
 def _both_sampled(A: np.ndarray, B: np.ndarray, C: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The same for a sampled system, through A → (A − I)(A + I)⁻¹, which leaves the Gramians up to known factors."""
-    closing = np.linalg.inv(A + np.eye(len(A)))
+    closing = np.linalg.inv(A + np.eye(len(A)))  # `bilinear.in_w_plane` at h = 2, its states as they are
     continuous = closing @ (A - np.eye(len(A)))
     return _both(continuous, np.sqrt(2) * closing @ B, np.sqrt(2) * C @ closing)
 
@@ -57,9 +58,7 @@ def energy_by_doubling(A: np.ndarray, B: np.ndarray, C: np.ndarray, *, sampled: 
     if not sampled:  # s = r (z − 1)/(z + 1) with r near the poles keeps the sum short
         sizes = np.abs(np.linalg.eigvals(A))
         rate = float(np.exp(np.mean(np.log(np.maximum(sizes, 1e-12 * sizes.max())))))
-        closing = np.linalg.inv(rate * np.eye(len(A)) - A)
-        B = np.sqrt(2 * rate) * closing @ B
-        A = closing @ (rate * np.eye(len(A)) + A)
+        A, B, *_ = tustin(Realisation(A, B, C, np.zeros((len(C), B.shape[1]))), 2 / rate)
     P, power = B @ B.T, A
     for _ in range(MOST_DOUBLINGS):
         more = power @ P @ power.T

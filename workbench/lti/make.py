@@ -279,7 +279,7 @@ def _shared(times: np.ndarray, there: np.ndarray) -> tuple[np.ndarray, np.ndarra
 def _table(what: str, given) -> list[list[np.ndarray]]:
     """Rows of coefficient arrays without leading zeros; of one list of numbers, one row of one."""
     try:
-        if np.ndim(given) == 0 or all(np.ndim(e) == 0 for e in given):
+        if np.isscalar(given) or all(np.isscalar(e) for e in given):
             given = [[given]]
         table = [[np.trim_zeros(np.atleast_1d(np.asarray(e, float)), "f") for e in row] for row in given]
     except (TypeError, ValueError):

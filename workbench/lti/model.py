@@ -20,6 +20,8 @@ from workbench.errors import InputError, unknown_name
 from workbench.lti import Plant
 from workbench.lti.delay import LinedSystem, rational
 from workbench.lti.fraction import from_control
+from workbench.lti.margin import Margins
+from workbench.lti.norm import Peak
 
 MOST_SAMPLES = 2000  # of a discrete dead time; each is a state
 
@@ -167,6 +169,28 @@ class Model:
         from workbench.lti.measure import abscissa
 
         return abscissa(self.lined())
+
+    def peak(self) -> Peak:
+        """The H∞ norm of a stable model: a certified bracket over all frequencies, dead times exact."""
+        from workbench.lti.measure import peak
+
+        return peak(self.lined())
+
+    def rms(self) -> float:
+        """The H₂ norm of a stable model: rms of all outputs under unit white noise, dead times exact."""
+        from workbench.lti.measure import rms
+
+        return rms(self.lined())
+
+    def variance(self) -> float:
+        """The square of `rms`."""
+        return self.rms() ** 2
+
+    def margins(self) -> Margins:
+        """Gain, phase and delay margins of every channel, and peaks of S and T, of negative feedback around a model."""
+        from workbench.lti.measure import margins
+
+        return margins(self.lined(), self.inputs)
 
     def to_control(self):
         """The same system as a python-control StateSpace; refused with continuous dead times, which that cannot hold.

@@ -50,17 +50,18 @@ class Reading:
 
 
 SENSED = ("gap", "gap_lateral", "current")  # at every coil set
+ACCELERATIONS = {"acceleration_z": "z", "acceleration_y": "y"}  # quantity to direction
 Key = tuple[str, str]  # quantity and place, as in `Analysis.rms`
 
 
 def output_keys(setting: Setting, subject: Subject) -> list[Key]:
     """The outputs a group contributes to, in order; currents of every set come last, by number."""
     keys = []
-    for direction in "zy":
+    for quantity, direction in ACCELERATIONS.items():
         for name, place in setting.points.items():
             row = point_acceleration(subject.plant.outputs, place, direction)
             if np.abs(row @ np.hstack([subject.plant.C, subject.plant.D])).max() > 0:
-                keys.append((f"acceleration_{direction}", name))
+                keys.append((quantity, name))
     kinds = ["gap"] if set(setting.groups) <= {"heave", "heave_pitch"} else ["gap", "gap_lateral"]
     keys += [(kind, end) for kind in kinds for end in ("front", "rear")]
     return keys + [("current", name) for name in numbered("current", setting.law.count)]
@@ -93,8 +94,8 @@ def _row(setting: Setting, subject: Subject, key: Key) -> np.ndarray:
     """Row over the plant's outputs of one output."""
     names = subject.plant.outputs
     quantity, place = key
-    if quantity.startswith("acceleration"):
-        return point_acceleration(names, setting.points[place], quantity[-1])
+    if quantity in ACCELERATIONS:
+        return point_acceleration(names, setting.points[place], ACCELERATIONS[quantity])
     first, last = setting.ends
     name = place if quantity == "current" else f"{quantity}_{(first if place == 'front' else last) + 1}"
     row = np.zeros(len(names))

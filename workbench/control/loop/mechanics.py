@@ -50,8 +50,8 @@ class Mechanics:
 
     def by_set(self, kind: str) -> np.ndarray:
         """(5, n): columns of `exogenous` that belong to zeta, eta or bank of sets 1 … n."""
-        own = [name for name in self.inputs if name.rpartition("_")[0] == kind]
-        return self.exogenous[:, [self.inputs.index(name) for name in numbered(kind, len(own))]]
+        own = [name for name in numbered(kind, len(self.inputs)) if name in self.inputs]
+        return self.exogenous[:, [self.inputs.index(name) for name in own]]
 
 
 def mechanics(plant: Plant, law: ModalLaw) -> Mechanics:

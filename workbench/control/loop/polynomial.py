@@ -24,7 +24,7 @@ from workbench.control.loop.mechanics import cleaned, mechanics
 from workbench.control.loop.subject import SUBJECTS, subject
 from workbench.errors import InputError, unknown_name
 from workbench.lti import Plant, PolynomialMatrix
-from workbench.lti.signals import COORDINATES
+from workbench.lti.signals import COORDINATES, current_of
 from workbench.result import Result, Row
 
 HELD = {  # reduced models of Appendix B.5: coordinates that move, channels that act; all else is held at zero
@@ -177,7 +177,7 @@ def loop_polynomial(plant: Plant, law: ModalLaw, part: str, gains: Parameters) -
         load=tuple(_number_if_constant(m) for m in load),
         unknowns=(
             *coordinates,
-            *(f"current of pattern_{i + 1}" for i in range(k)),
+            *(current_of(f"pattern_{i + 1}") for i in range(k)),
             *(f"filtered rate of {n}" for n in names),
             *(f"filtered acceleration of {n}" for n in names),
         ),

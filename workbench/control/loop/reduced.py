@@ -14,7 +14,7 @@ from collections.abc import Mapping
 import casadi as ca
 import numpy as np
 
-from workbench.control.gains import GAIN_NAMES, Gains
+from workbench.control.gains import TIME_CONSTANTS, Gains
 from workbench.control.law import CHANNELS, ModalLaw
 from workbench.control.loop.mechanics import Mechanics, mechanics
 from workbench.control.loop.polynomial import LoopPolynomial, Parameters, named_parameters
@@ -170,7 +170,7 @@ def _sway_roll(m: Mechanics, law: ModalLaw, gains: Parameters, g: Mapping) -> Lo
 
 def _common_time_constant(gains: Parameters, g: Mapping):
     given = gains.as_dict() if isinstance(gains, Gains) else g
-    taus = [given[n] for n in GAIN_NAMES if n.startswith("tau_")]
+    taus = [given[n] for n in TIME_CONSTANTS]
     first = taus[0]
     same = all((t is first) or (not isinstance(t, ca.SX) and not isinstance(first, ca.SX) and t == first) for t in taus)
     if not same:

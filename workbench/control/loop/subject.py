@@ -18,7 +18,7 @@ from workbench.control.loop.closed import interconnect
 from workbench.control.loop.group import GROUPS, commanded
 from workbench.errors import InputError, unknown_name
 from workbench.lti import Plant
-from workbench.lti.signals import ANTISYMMETRIC, COORDINATES, SYMMETRIC
+from workbench.lti.signals import ANTISYMMETRIC, COORDINATES, SYMMETRIC, current_of, motion
 
 SUBJECTS = (*GROUPS, "heave", "all")
 COUPLING_ALLOWED = 1e-9  # relative; rounding leaves 1e-16
@@ -212,7 +212,7 @@ def _along(plant: Plant, law: ModalLaw, patterns: np.ndarray) -> Plant:
     if currents:
         spread = np.zeros((len(plant.states), patterns.shape[1]))
         spread[plant.index("states", law.currents)] = patterns
-        into, states = np.hstack([into, spread]), states + tuple(f"current of {name}" for name in names)
+        into, states = np.hstack([into, spread]), states + tuple(map(current_of, names))
     back = into.T  # the columns are orthonormal
     return Plant(
         A=back @ plant.A @ into,
@@ -225,10 +225,10 @@ def _along(plant: Plant, law: ModalLaw, patterns: np.ndarray) -> Plant:
 
 def _hold(plant: Plant, moving: tuple[str, ...]) -> Plant:
     """A vehicle's plant with every coordinate but the moving ones held at zero."""
-    held = {c for c in COORDINATES if c not in moving}
-    keep = [i for i, s in enumerate(plant.states) if s not in held and s.removesuffix("_rate") not in held]
+    held = {name for c in COORDINATES if c not in moving for name in motion(c)}
+    keep = [i for i, s in enumerate(plant.states) if s not in held]
     C, D = plant.C.copy(), plant.D.copy()
-    rows = [i for i, y in enumerate(plant.outputs) if y.removesuffix("_acceleration") in held]
+    rows = [i for i, y in enumerate(plant.outputs) if y in held]
     C[rows], D[rows] = 0.0, 0.0
     return Plant(
         A=plant.A[np.ix_(keep, keep)], B=plant.B[keep], C=C[:, keep], D=D,

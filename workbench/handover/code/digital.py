@@ -46,12 +46,14 @@ class SampledPromise:
 class DigitalCheck(Result):
     """The stable sampled loops of a table's law and vehicle, and what single precision leaves of their margins.
 
-    groups : group of motion to its loop and its figures in single precision
+    groups : group of motion, or model of another plant, to its loop and its figures in single precision
     promises : each promise of the nominal plant that has a sampled counterpart, beside it
+    what : the word for the groups
     """
 
     groups: dict[str, tuple[SampledLoop, SinglePrecision]]
     promises: tuple[SampledPromise, ...] = ()
+    what: str = "motions"
 
     @property
     def broken(self) -> tuple[SampledPromise, ...]:
@@ -77,7 +79,7 @@ class DigitalCheck(Result):
     def rows(self) -> list[Row]:
         w = self.worst()
         return [
-            ("motions", ", ".join(g.replace("_", "/") for g in self.groups), ""),
+            (self.what, ", ".join(g.replace("_", "/") if self.what == "motions" else g for g in self.groups), ""),
             ("sample time", 1e3 * w["sample_time"], "ms"),
             ("computing delay", 1e3 * w["computing_delay"], "ms"),
             ("smallest damping ratio", w["damping"], ""),

@@ -23,22 +23,16 @@ def renewed(problem, document: dict):
     -------
     workbench.handover.table.table.GainTable
     """
-    from workbench.analysis.analysis import analyse
     from workbench.control import Gains
-    from workbench.design.design import Design
+    from workbench.design.record import given
     from workbench.design.robustness import robustness
-    from workbench.design.verdict import verdicts
     from workbench.handover.table.promise import certified
     from workbench.handover.table.schema import SchedulePart
     from workbench.handover.table.table import signed, table_from_design
     from workbench.physics.vehicle import varied
 
     gains = Gains.from_mapping({name: float(text) for name, text in document["gains"].items()})
-    analysis = analyse(problem.setting, gains, problem.name)
-    design = Design(
-        problem=problem, gains=gains, analysis=analysis, requirements=verdicts(problem, analysis), starts=(),
-        binding=(), seed=document["seed"], solver=document["solver"],
-    )  # fmt: skip
+    design = given(problem, gains, seed=document["seed"], solver=document["solver"])
     cases = {case.name: case.to_dict() for case in robustness(problem, gains, varied)}
     kept = {name: value for name, value in document["robustness"].items() if name not in cases}
     table = table_from_design(design, robustness=cases | kept)

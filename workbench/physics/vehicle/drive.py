@@ -14,7 +14,7 @@ import numpy as np
 
 from workbench.errors import InputError
 from workbench.lti import Plant
-from workbench.lti.signals import COORDINATES
+from workbench.lti.signals import COORDINATES, set_signals
 from workbench.physics.motor.hybrid import HybridForces, HybridMotor
 from workbench.result import Result, Row
 
@@ -113,7 +113,7 @@ def with_motor(plant: Plant, drive: MotorDrive) -> Plant:
     """
     n = len(plant.states)
     commands, currents = tuple(f"command_{d}" for d in DRIVEN), tuple(f"current_{d}" for d in DRIVEN)
-    lagged = any(name.startswith("current_") for name in plant.states)
+    lagged = not set(plant.states).isdisjoint(set_signals(n))
     if lagged != (drive.current_lag > 0):
         raise InputError(
             "either both or neither of motor and control coils must have a current lag; got "

@@ -14,7 +14,7 @@ import numpy as np
 
 from workbench.errors import InfeasibleError, InputError
 from workbench.lti import Plant
-from workbench.lti.signals import COORDINATES, numbered
+from workbench.lti.signals import COORDINATES, Quantity, numbered, set_signals
 from workbench.physics.forces.energy import CoilSet, clearance
 from workbench.physics.vehicle.body import STATES, deviations, held_by_moment, inertia, tangent_at
 from workbench.physics.vehicle.carried import check_carried
@@ -29,7 +29,7 @@ SHARES = (0.25, 0.5, 0.75, 1.0)  # of the disturbance, brought on step by step: 
 STEPS = 10  # of Newton's method before the disturbance is brought on in shares
 NEAR = 0.05  # [m, rad, of main coil] how far from the nominal pose a full step may lead
 SETTLED = 1e-9  # [m, rad, of main coil] of a step; the next one would be its square
-FROM_SET = ("command", "current", "gap", "gap_lateral", "acceleration_z", "acceleration_y")
+UNDER_SET = (Quantity.ZETA, Quantity.ETA, Quantity.BANK)  # of the guideway: not of a set's command or sensors
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
@@ -130,22 +130,23 @@ def joined(plant: Plant, vehicle: Vehicle) -> Plant:
     if not vehicle.joined:
         return plant
     groups, n, spread = vehicle.joined, vehicle.count, vehicle.spread
+    known = set_signals(n)
     mean = spread.T / spread.sum(axis=0)[:, None]
 
     def regrouped(names: tuple[str, ...], matrix: np.ndarray) -> tuple[tuple[str, ...], np.ndarray]:
         """Names with one signal per group for one per set, and `matrix` (groups by sets) for each kind."""
         rows, out, done = [], [], set()
         for position, name in enumerate(names):
-            kind, _, number = name.rpartition("_")
-            if kind not in FROM_SET or not number.isdigit():
+            signal = known.get(name)
+            if signal is None or signal.quantity in UNDER_SET:
                 rows.append(np.eye(len(names))[position])
                 out.append(name)
-            elif kind not in done:
-                done.add(kind)
+            elif signal.quantity not in done:
+                done.add(signal.quantity)
                 block = np.zeros((len(groups), len(names)))
-                block[:, [names.index(one) for one in numbered(kind, n)]] = matrix
+                block[:, [names.index(one) for one in numbered(signal.quantity, n)]] = matrix
                 rows.extend(block)
-                out.extend(numbered(kind, len(groups)))
+                out.extend(numbered(signal.quantity, len(groups)))
         return tuple(out), np.array(rows)
 
     states, into = regrouped(plant.states, spread.T)

@@ -1,0 +1,90 @@
+"""The design of a plant of one's own: goals with corners, followed by the nonsmooth tuner.
+
+problem --tune_labelled--> parameters --round as printed--> exact verdicts --> Design, or what cannot be met
+"""
+
+import math
+from collections.abc import Callable, Mapping
+
+import numpy as np
+
+from workbench.design.problem import Problem
+from workbench.design.record import DIGITS, Design, Start, given
+from workbench.design.tuner.programme import Labelled
+from workbench.design.tuner.result import Tuning
+from workbench.design.tuner.tune import Progress, refuse_unmet, tune_labelled
+from workbench.errors import unknown_name
+from workbench.machine.budget import current
+
+SECONDS = 60.0  # of the search where nothing else is said
+SHARE = 0.7  # of a budget's rest, for the search
+FINER = (DIGITS, 9, 12, 17)  # significant digits: more where rounding crosses a limit
+AT_LIMIT = 1e-3  # relative distance within which a goal is called binding
+
+
+def nonsmooth_design(
+    problem: Problem, *, starts: int, seed: int = 0, seconds: float | None = None, workers: int = 1,
+    start: Mapping[str, float] | None = None, on_start: Callable[[Start], None] | None = None,
+) -> Design:  # fmt: skip
+    """The structure's parameters for which the largest soft goal is small and every hard one is met; see `tune`."""
+    left = current().remaining
+    if seconds is None:
+        seconds = SECONDS if math.isinf(left) else min(SECONDS, SHARE * left)
+    theta = None if start is None else _theta(problem, start)
+    tuning = tune_labelled(
+        [Labelled(m.name, m) for m in problem.systems], problem.structure, list(problem.goals), starts=starts,
+        seed=seed, budget_seconds=seconds, workers=workers, start=theta, on_progress=_told(on_start), refuse=False,
+    )  # fmt: skip
+    log = tuple(
+        Start(number=s.number - 1, cost=s.soft, violation=max(s.hard - 1, 0.0), evaluations=0, message=s.message)
+        for s in tuning.starts
+    )
+    refuse_unmet(tuning)
+    return _printed(problem, tuning, log, seed)
+
+
+def _printed(problem: Problem, tuning: Tuning, log: tuple[Start, ...], seed: int) -> Design:
+    """The parameters with as few digits as still meet every hard goal."""
+    bounds = problem.bounds
+    hard = {goal.name for goal in problem.goals if goal.hard}
+    binding = [g.name for g in tuning.goals if g.hard and g.value >= 1 - AT_LIMIT]
+    for digits in FINER:
+        values = {name: _rounded(value, digits, bounds.get(name)) for name, value in tuning.values.items()}
+        design = given(problem, values, starts=log, binding=binding, seed=seed, solver="nonsmooth")
+        if all(v.met for v in design.verdicts if v.name in hard):
+            break
+    return design
+
+
+def _rounded(value: float, digits: int, bounds: tuple[float, float] | None) -> float:
+    """A value to so many significant digits, within its bounds."""
+    short = float(f"{value:.{digits}g}")
+    return short if bounds is None else min(max(short, bounds[0]), bounds[1])
+
+
+def _theta(problem: Problem, start: Mapping[str, float]) -> np.ndarray:
+    """Values by name as the structure's free parameters, those left out as in the structure."""
+    known = problem.structure.values()
+    for name in start:
+        if name not in known:
+            raise unknown_name("parameter", name, known)
+    return np.array([{**known, **start}[name] for name in problem.structure.names])
+
+
+def _told(on_start: Callable[[Start], None] | None):
+    """Passes on what a start told when the next one begins, as far as it is known then."""
+    if on_start is None:
+        return None
+    last: list[Progress] = []
+
+    def told(progress: Progress) -> bool:
+        if last and last[-1].start != progress.start:
+            ended = last[-1]
+            on_start(
+                Start(number=ended.start - 1, cost=ended.soft, violation=max(ended.hard - 1, 0.0), evaluations=0,
+                      message=ended.phase)
+            )  # fmt: skip
+        last[:] = [progress]
+        return False
+
+    return told

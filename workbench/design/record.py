@@ -1,0 +1,132 @@
+"""A design: the structure's parameters with a verdict on every goal.
+
+problem, values --given--> Design: verdicts by the exact measures; a vehicle's analysis beside them
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from workbench.analysis.analysis import Analysis, analyse
+from workbench.control import Gains
+from workbench.control.structure.structure import Structure
+from workbench.design.loop_verdict import loop_verdicts
+from workbench.design.problem import Problem
+from workbench.design.verdict import verdicts
+from workbench.errors import InputError
+from workbench.goals.verdict import Verdict
+from workbench.result import Result, Row, plain
+
+DIGITS = 6  # significant digits of a parameter as printed; the rounded values are what is verified
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class Start(Result):
+    """One start: its number, the cost reached, the largest relative violation, evaluations, and the solver's words.
+
+    cost : J of a vehicle; the largest soft goal otherwise
+    """
+
+    number: int
+    cost: float
+    violation: float
+    evaluations: int
+    message: str
+
+    def rows(self) -> list[Row]:
+        return [
+            ("start", self.number, ""),
+            ("cost J", self.cost, ""),
+            ("violation", self.violation, "relative"),
+            ("evaluations", self.evaluations, ""),
+        ]
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Design(Result):
+    """Parameters of a problem's structure, with the evidence.
+
+    values : every parameter by name, rounded as printed where rounded ones meet the hard goals
+    verdicts : one on every goal, by the exact measures of these values
+    starts : how each start ended;  binding : goals at their limits;  seed, solver : how to get there again
+    analysis : exact measures of a vehicle; None for a plant of one's own
+    """
+
+    problem: Problem
+    values: Mapping[str, float]
+    verdicts: tuple[Verdict, ...]
+    starts: tuple[Start, ...] = ()
+    binding: tuple[str, ...] = ()
+    seed: int = 0
+    solver: str = "given"
+    analysis: Analysis | None = None
+
+    @property
+    def gains(self) -> Gains:
+        """The seventeen gains of a vehicle's modal law."""
+        if not self.problem.flies:
+            raise InputError(
+                f"the seventeen gains belong to a vehicle; problem {self.problem.name!r} tunes "
+                f"{', '.join(self.values)}. Take values."
+            )
+        return Gains.from_mapping(self.values)
+
+    @property
+    def requirements(self) -> tuple[Verdict, ...]:
+        """The verdicts, under the name that data files and tables use."""
+        return self.verdicts
+
+    @property
+    def met(self) -> bool:
+        """Whether every goal, soft ones too, is met."""
+        return all(v.met for v in self.verdicts)
+
+    @property
+    def structure(self) -> Structure:
+        """The problem's structure, its values those of the design."""
+        return self.problem.structure.with_values(self.values)
+
+    def to_dict(self) -> dict[str, Any]:
+        """A vehicle's figures, or name and values of another plant; with verdicts, starts and what binds."""
+        document = (
+            {"problem": self.problem.name, "values": plain(dict(self.values)), "seed": self.seed, "solver": self.solver}
+            if self.analysis is None
+            else self.analysis.to_dict()
+        )
+        document["requirements"] = [v.to_dict() for v in self.verdicts]
+        document["starts"] = [s.to_dict() for s in self.starts]
+        document["binding"] = list(self.binding)
+        return document
+
+    def rows(self) -> list[Row]:
+        known = {p.name: p.unit for p in self.problem.structure.parameters}
+        cost: list[Row] = [] if self.analysis is None else [("cost J", self.analysis.cost, "")]
+        return [
+            ("problem", self.problem.name, ""),
+            *cost,
+            ("requirements met" if self.problem.flies else "goals met", self.met, ""),
+            *((f"{v.name} {v.sense} {v.limit:g}", v.value, v.unit) for v in self.verdicts),
+            *((name, value, known[name]) for name, value in self.values.items()),
+        ]
+
+
+def given(
+    problem: Problem, values: Gains | Mapping[str, float], *, analysis: Analysis | None = None,
+    starts: Sequence[Start] = (), binding: Sequence[str] = (), seed: int = 0, solver: str = "given",
+) -> Design:  # fmt: skip
+    """Values from anywhere, judged as a design's are, whether they meet the goals or not.
+
+    values : gains of a vehicle; of another plant any of the parameters, the rest as in the structure
+    analysis : of these gains, if it is at hand already;  solver : who found them, in a word
+    """
+    if not problem.flies:
+        whole = problem.structure.with_values(dict(values)).values()
+        judged = loop_verdicts(problem, whole)
+    else:
+        gains = values if isinstance(values, Gains) else Gains.from_mapping(values)
+        analysis = analyse(problem.setting, gains, problem.name) if analysis is None else analysis
+        whole, judged = gains.as_dict(), verdicts(problem, analysis)
+    return Design(
+        problem=problem, values=whole, verdicts=judged, starts=tuple(starts), binding=tuple(binding), seed=seed,
+        solver=solver, analysis=analysis,
+    )  # fmt: skip
