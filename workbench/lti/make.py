@@ -74,7 +74,7 @@ def tf(
     if (len(den), len(den[0])) != (p, m):
         raise InputError(f"num and den must form matrices of one shape; got {(p, m)} and {(len(den), len(den[0]))}.")
     times = _times(dead_time, p, m)
-    inputs, outputs = _names("input", input, "u", m), _names("output", output, "y", p)
+    inputs, outputs = names_of("input", input, "u", m), names_of("output", output, "y", p)
     at_input, at_output, inside = _shared(times, np.array([[bool(e.any()) for e in row] for row in num]))
     # A delayed entry has an output of its own, whose line ends at the row's output
     delayed = [(int(i), int(j)) for i, j in np.argwhere(inside > 0)]
@@ -196,9 +196,9 @@ def ss(
         return Model(name, made.plant, input_delay, output_delay, made.sample_time, pade_order=pade_order)
     plain = Plant.from_matrices(A, B, C, D)
     plant = Plant(
-        A=plain.A, B=plain.B, C=plain.C, D=plain.D, states=_names("states", states, "x", len(plain.states)),
-        inputs=_names("inputs", inputs, "u", len(plain.inputs)),
-        outputs=_names("outputs", outputs, "y", len(plain.outputs)),
+        A=plain.A, B=plain.B, C=plain.C, D=plain.D, states=names_of("states", states, "x", len(plain.states)),
+        inputs=names_of("inputs", inputs, "u", len(plain.inputs)),
+        outputs=names_of("outputs", outputs, "y", len(plain.outputs)),
     )  # fmt: skip
     return Model(name, plant, input_delay, output_delay, sample_time, pade_order=pade_order)
 
@@ -206,8 +206,8 @@ def ss(
 def _from_control(system, input: Signals, output: Signals, dead_time, name: str) -> Model:
     """A system of python-control under other names, with a dead time of every path."""
     made = Model.from_control(system, name)
-    inputs = _names("input", input or made.inputs, "u", len(made.inputs))
-    outputs = _names("output", output or made.outputs, "y", len(made.outputs))
+    inputs = names_of("input", input or made.inputs, "u", len(made.inputs))
+    outputs = names_of("output", output or made.outputs, "y", len(made.outputs))
     made = made.renamed(dict(zip((*made.inputs, *made.outputs), (*inputs, *outputs), strict=True)))
     delay = float(_times(dead_time, 1, 1)[0, 0])
     return Model(name, made.plant, dict.fromkeys(inputs, delay), sample_time=made.sample_time)
@@ -303,7 +303,7 @@ def _times(dead_time, p: int, m: int) -> np.ndarray:
     return np.broadcast_to(times, (p, m))
 
 
-def _names(kind: str, given: Signals, letter: str, count: int) -> tuple[str, ...]:
+def names_of(kind: str, given: Signals, letter: str, count: int) -> tuple[str, ...]:
     """As many names as there are signals."""
     if given is None:
         return tuple(f"{letter}{i + 1}" for i in range(count))
