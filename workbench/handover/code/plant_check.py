@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.analysis.precision import HALF_UNIT, SinglePrecision
-from workbench.analysis.sampled import BISECTIONS, MOST_DELAY, PASSED, SampledLoop, bilinear, sampled_peak
+from workbench.analysis.sampled import BISECTIONS, MOST_DELAY, PASSED, SampledLoop, sampled_peak
 from workbench.control.structure.block import Controller
 from workbench.control.structure.loop import Loop
 from workbench.control.structure.structure import Structure
@@ -22,6 +22,7 @@ from workbench.errors import InfeasibleError, InputError
 from workbench.goals.promise import Promise
 from workbench.handover.code.digital import DigitalCheck, SampledPromise
 from workbench.handover.code.program import MATRICES, Program, program
+from workbench.lti.bilinear import in_w_plane
 from workbench.lti.delay import LinedSystem
 from workbench.lti.disk import disk_margin
 from workbench.lti.hold import held
@@ -120,7 +121,8 @@ def _sampled_value(promise: Promise, loop: Loop, K: Controller) -> float | None:
     if kind == "peak sensitivity":
         return sampled_peak(*loop.sensitivity(subject.points, subject.openings).system(K), T).upper
     if kind == "disk margin":
-        return disk_margin(*bilinear(*loop.sensitivity(subject.points, subject.openings).system(K))).lower
+        S = in_w_plane(loop.sensitivity(subject.points, subject.openings).system(K), T)
+        return None if S is None else disk_margin(*S).lower
     sampled = {*loop.structure.references, *loop.analysis_points}
     if kind == "peak gain" and sampled.issuperset(subject.inputs):
         return sampled_peak(*loop.channel(subject.inputs, subject.outputs, subject.openings).system(K), T).upper
