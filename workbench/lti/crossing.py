@@ -12,6 +12,8 @@ import numpy as np
 
 from workbench.lti.realisation import responder
 
+BESIDE = 0.1  # relative distance at which the function is asked on both sides of a point
+
 
 class ScalarResponse:
     """T(jω) of one channel, and its even and odd parts as systems whose zeros are wanted."""
@@ -54,7 +56,8 @@ def sign_changes(function: Callable[[np.ndarray], np.ndarray], near: np.ndarray)
     """Positive frequencies where a real function changes sign, given points of which one is near each of them.
 
     The function is asked at the geometric means of neighbouring points and outside all of them, so that two sign
-    changes share an interval only if they belong to points that coincide.
+    changes share an interval only if they belong to points that coincide; and beside each point, since a mean with a
+    point that stands for infinity lies where a steep roll-off leaves rounding alone.
     """
     from scipy.optimize import brentq
 
@@ -64,7 +67,9 @@ def sign_changes(function: Callable[[np.ndarray], np.ndarray], near: np.ndarray)
     near = np.unique(near[(near > 0) & np.isfinite(near)])
     if len(near) == 0:
         return []
-    asked = np.concatenate([[near[0] / 10], np.sqrt(near[1:] * near[:-1]), [near[-1] * 10]])
+    means = np.concatenate([[near[0] / 10], np.sqrt(near[1:] * near[:-1]), [near[-1] * 10]])
+    beside = np.concatenate([np.maximum(near * (1 - BESIDE), means[:-1]), np.minimum(near * (1 + BESIDE), means[1:])])
+    asked = np.unique(np.concatenate([means, beside]))
     signs = np.sign(function(asked))
     found = []
     for low, high, left, right in zip(asked, asked[1:], signs, signs[1:], strict=False):

@@ -210,10 +210,10 @@ def channel_margin(A, B, C, D, *, channel: int, name: str | None = None) -> Chan
         )
     one = slice(channel, channel + 1)
     T = ScalarResponse(*balanced(A, B[:, one], -C[one], np.array([[1 - direct]])))
-    gains = _gain_factors(T)
+    gains = gain_factors(T)
     up = min(((k, w) for k, w in gains if 1 < k <= LARGEST_GAIN_FACTOR), default=(math.inf, None))
     down = max(((k, w) for k, w in gains if 1 / LARGEST_GAIN_FACTOR <= k < 1), default=(0.0, None))
-    angles = _lags(T)
+    angles = lags(T)
     phase = min(((min(lag, 2 * math.pi - lag), w) for lag, w in angles), default=(math.inf, None))
     if abs(1 / direct - 1) >= 1 - ROUNDING:
         delay = (0.0, math.inf)
@@ -240,14 +240,14 @@ def _square(D: np.ndarray, what: str) -> np.ndarray:
     return D
 
 
-def _gain_factors(T: ScalarResponse) -> list[tuple[float, float]]:
+def gain_factors(T: ScalarResponse) -> list[tuple[float, float]]:
     """Every factor k that puts a pole on the axis, with its frequency: at 0, ∞ and where T is real in between."""
     frequencies = [0.0, math.inf, *sign_changes(lambda w: T(w).imag, T.zeros(-1, 0.0))]
     values = T(np.array(frequencies)).real
     return [(1 - 1 / float(t), w) for t, w in zip(values, frequencies, strict=True) if t != 0]
 
 
-def _lags(T: ScalarResponse) -> list[tuple[float, float]]:
+def lags(T: ScalarResponse) -> list[tuple[float, float]]:
     """Every rotation in (0, 2π) by which L_i must lag to meet −1, with the frequency where |L_i| = 1.
 
     Where |L_i(0)| = 1 to rounding, Re T − 1/2 is even in ω and rounding alone until it has grown: no crossing there.
