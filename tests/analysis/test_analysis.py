@@ -101,7 +101,7 @@ def test_with_the_gravity_term_the_reports_lateral_gains_are_unstable_and_have_n
     problem, _ = report
     tilted = analyse(problem.with_vehicle(problem.vehicle.with_extras(gravity_term=True)).setting, problem.approved)
     assert not tilted.stable
-    assert tilted.damping == pytest.approx(-0.023, abs=5e-4)  # DEFINITIONS, gravity term
+    assert tilted.damping == pytest.approx(-0.023, abs=5e-4)  # guide, Definitions: gravity term
     document = tilted.to_dict()
     assert document["cost"] is None
     assert document["rms"]["gap"]["front"] is None

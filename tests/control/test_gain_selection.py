@@ -84,7 +84,7 @@ def test_bad_wishes_are_refused():
 
 
 def test_the_gravity_term_makes_the_printed_gains_unstable_and_the_lag_barely_stable():
-    # DEFINITIONS: damping −0.023 without lag, +0.002 with 10 ms
+    # guide, Definitions: damping −0.023 without lag, +0.002 with 10 ms
     found = effects(report_vehicle(), report_law(), report_gains())
     assert found.effect("gravity in accelerometers").least_damping == pytest.approx(-0.023, abs=5e-4)
     assert found.effect("lag and gravity").least_damping == pytest.approx(0.002, abs=5e-4)
@@ -111,7 +111,7 @@ def test_what_the_vehicle_switches_on_is_listed_last():
 
 
 def test_the_drag_at_the_nominal_pose_is_that_of_appendix_a():
-    # DEFINITIONS: 4 (F_L0 + F_G0)/61.505 = 9.8 kN
+    # guide, Definitions: 4 (F_L0 + F_G0)/61.505 = 9.8 kN
     assert drag(report_vehicle()) == pytest.approx(9.8e3, abs=50)
 
 

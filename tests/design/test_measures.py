@@ -40,7 +40,7 @@ def test_mean_squares_on_the_steering_grid_agree_with_the_lyapunov_equation(prob
         "acceleration z, front": ("weighted_z", "front"),
         "acceleration y, rear": ("weighted_y", "rear"),
     }.items():
-        # DEFINITIONS: a grid must agree to 1e-3 of the mean square over 0…∞
+        # guide, Definitions: a grid must agree to 1e-3 of the mean square over 0…∞
         assert total[name] == pytest.approx(exact.rms[quantity][end] ** 2, rel=1e-3)
     assert total["currents"] == pytest.approx(exact.sum_alpha_squared, rel=1e-3)
 

@@ -85,7 +85,7 @@ def test_the_compiled_step_responses_are_those_of_scipys_tustin_filters(controll
     steps = unit_steps()
     exact = np.array([dlsim((A, B, C, D, T), one)[1] for one in steps])
     assert np.abs(exact).max() > 1  # there is something to compare
-    np.testing.assert_allclose(run(steps), exact, atol=tolerance, rtol=0)  # DEFINITIONS, Discretisation: 1e-12
+    np.testing.assert_allclose(run(steps), exact, atol=tolerance, rtol=0)  # guide, Definitions: Discretisation: 1e-12
 
 
 @needs_compiler

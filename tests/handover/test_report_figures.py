@@ -28,7 +28,7 @@ def spectra(design):
 
 def test_the_area_under_every_density_is_the_exact_mean_square(design):
     # tails ∝ 1/f² of acceleration beyond 1e5 Hz and the flat start below 1e-4 Hz hold less than 1e-4 of each area;
-    # DEFINITIONS, Roughness: a grid must agree to 1e-3
+    # guide, Definitions: Roughness: a grid must agree to 1e-3
     wide = response_spectra(design.problem.setting, design.gains, np.geomspace(1e-4, 1e5, 1801))
     for quantity, place in wide.density:
         exact = design.analysis.rms[quantity][place]

@@ -62,7 +62,7 @@ def test_rms_motor_currents_are_the_areas_under_their_spectra(analysis):
     )
     squares = np.trapezoid((np.abs(response) ** 2 * density[:, None, :]).sum(axis=2), f, axis=0)
     d_right, d_left, q_right, q_left = 1500.0 * np.sqrt(squares)
-    # 1e-3: DEFINITIONS, roughness: a grid must agree with the Lyapunov equation to that
+    # 1e-3: guide, Definitions: Roughness: a grid must agree with the Lyapunov equation to that
     assert (d_right, q_right) == pytest.approx((analysis.motor.rms_d, analysis.motor.rms_q), rel=1e-3)
     assert (d_left, q_left) == pytest.approx((d_right, q_right), rel=1e-9)  # the two sides mirror each other
 

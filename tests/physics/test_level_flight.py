@@ -59,7 +59,7 @@ def test_at_134_metres_per_second_the_scaled_vehicle_flies_at_the_reports_height
     flight = trim(134.0, "scaled")
     # 429.69 kA-turns is rounded to 2e-8 of (KNI)²·…: 1e-5 of the weight, over 8/m of relative stiffness
     assert flight.gap == pytest.approx(0.3, abs=2e-6)
-    # DEFINITIONS of drag by Appendix A: 4 (F_L0 + F_G0)/61.505
+    # guide, Definitions: drag by Appendix A: 4 (F_L0 + F_G0)/61.505
     assert flight.drag == pytest.approx(9810, abs=2)
 
 

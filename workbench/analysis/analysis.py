@@ -3,7 +3,7 @@
     Setting, Gains --close each group--> poles, modes, sensitivity peaks (Hamiltonian), mean squares (Lyapunov),
                                          static errors, control power, cost  --> Analysis
 
-Quantities and their names: DEFINITIONS; a group that a problem does not look at leaves its figures empty (None).
+Quantities and their names: guide, Definitions; a group that a problem does not look at leaves its figures empty (None).
 """
 
 from collections.abc import Mapping

@@ -21,7 +21,7 @@ from workbench.lti.realisation import Realisation
 from workbench.result import Result, Row
 
 MOST_DELAY = 50  # samples; beyond, the delay line is longer than any loop here bears
-PASSED = 1e-9  # |z| of a pole that is a delay gone by (DEFINITIONS, Sampled loop)
+PASSED = 1e-9  # |z| of a pole that is a delay gone by (guide, Definitions: Sampled loop)
 BISECTIONS = 30  # of a delay: to 1e-9 of the interval
 
 

@@ -6,7 +6,7 @@
     sensors --measurement--> 10 modal signals --filters--> 5 filtered channels --resolution--> commands
 
 No prewarping. The state s is the low-pass signal itself: a constant input is passed exactly, in single precision too.
-Source: DEFINITIONS, Discretisation; filters: `control.filters`.
+Source: guide, Definitions: Discretisation; filters: `control.filters`.
 """
 
 from dataclasses import dataclass

@@ -102,7 +102,7 @@ class Gains(Result):
         """The same loop with other numbers: vertical filter gains × λ, lateral × μ, modal gains compensated.
 
         K_roll → K_sway/μ + (K_roll − K_sway)/λ, because roll acts through the vertical channel only as far as it
-        differs from sway. Source: DEFINITIONS, invariance; the modal transformation of Table B-3.
+        differs from sway. Source: guide, Definitions: Invariance; the modal transformation of Table B-3.
 
         Examples
         --------

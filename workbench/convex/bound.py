@@ -10,7 +10,7 @@ vehicle that is symmetric, controllers that are not gain nothing against limits 
 
 With `noise`, sensor noise takes part on both sides: in the bound and in the cost it is compared with.
 
-Source: Boyd & Barratt, Linear Controller Design (1991), ch. 14; DEFINITIONS, "Cost J".
+Source: Boyd & Barratt, Linear Controller Design (1991), ch. 14; guide, Definitions: Cost J.
 """
 
 import contextlib

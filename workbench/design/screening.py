@@ -56,7 +56,7 @@ class Screening:
         poles = np.concatenate([c.modes.poles for c in closed], axis=1)
         size = np.abs(poles)
         moving = np.abs(poles.imag) > REAL * size
-        # DEFINITIONS: a real root has no damping ratio, an unstable one counts as −1
+        # guide, Definitions: Poles; a real root has no damping ratio, an unstable one counts as −1
         alone = np.where(poles.real > 0, -1.0, 1.0)
         damping = np.where(moving, -poles.real / np.maximum(size, 1e-300), alone).min(axis=1)
         decay = -poles.real.max(axis=1)

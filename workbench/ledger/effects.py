@@ -14,7 +14,7 @@ from workbench.errors import unknown_name
 from workbench.physics.vehicle import Extras, Vehicle, linearise
 from workbench.result import Result, Row
 
-CURRENT_LAG = 0.010  # [s] DEFINITIONS, Lag
+CURRENT_LAG = 0.010  # [s] guide, Definitions: Lag
 COIL_LENGTH = 3.0  # [m] levitation coil of Figure A-9
 MAGNETIC_DAMPING = 0.01  # of critical heave damping, either sign: an order of magnitude, not a prediction
 

@@ -4,9 +4,9 @@
     promises of the nominal plant ------------held against the sampled figures-----------^
 
 A table controls the groups that its certificate names; the rest of the vehicle is held, as it was in the design.
-Damping, decay and peak sensitivity have a sampled counterpart (DEFINITIONS, Sampled loop), and a controller that breaks
-a promise of theirs is not exported unless the user accepts it. Dead time that sampling and computing use up is what the
-delay margin is promised for, and rms and static figures are of the continuous loop: those promises are not compared.
+Damping, decay and peak sensitivity have a sampled counterpart (guide, Definitions: Sampled loop), and a controller that
+breaks a promise of theirs is not exported unless the user accepts it. Dead time that sampling and computing use up is
+what the delay margin is promised for, and rms and static figures are of the continuous loop: those are not compared.
 """
 
 from dataclasses import dataclass, replace
