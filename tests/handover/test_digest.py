@@ -6,9 +6,9 @@ import pytest
 
 from workbench.errors import InputError
 from workbench.files.digest import digest_of
-from workbench.files.problem import load_problem, read_gains, read_schedule, shipped_problems
+from workbench.files.problem import load_problem, read_gains, read_schedule, shipped_vehicles
 
-APPROVED = {name: path / "approved.json" for name, path in shipped_problems().items()}
+APPROVED = {name: path / "approved.json" for name, path in shipped_vehicles().items()}
 
 
 @pytest.mark.parametrize("name", [n for n, path in APPROVED.items() if path.is_file()])

@@ -37,7 +37,7 @@ FAULTS = {
 @pytest.fixture(params=["heave", "wood_berry"])
 def folder(request, tmp_path):
     """A copy of a shipped problem's data, of either kind."""
-    text = shipped_problems("tuning" if request.param == "wood_berry" else "vehicle")[request.param] / "data.toml"
+    text = shipped_problems("tuning" if request.param == "wood_berry" else "")[request.param] / "data.toml"
     (tmp_path / "data.toml").write_text(text.read_text("utf-8"), "utf-8")
     return tmp_path
 

@@ -8,11 +8,11 @@ from workbench.analysis.analysis import analyse
 from workbench.control.loop.closed import interconnect
 from workbench.design.design import design
 from workbench.design.verdict import verdicts
-from workbench.files.problem import load_problem, shipped_problems
+from workbench.files.problem import load_problem, shipped_problems, shipped_vehicles
 from workbench.handover.table.table import read_table
 
-NAMES = tuple(shipped_problems())
-APPROVED = tuple(name for name, folder in shipped_problems().items() if (folder / "approved.json").is_file())
+NAMES = tuple(shipped_vehicles())
+APPROVED = tuple(name for name, folder in shipped_vehicles().items() if (folder / "approved.json").is_file())
 MAIN = {"revenue_vehicle", "report_1975", "heave_pitch", "sway_roll_yaw", "heave"}
 
 

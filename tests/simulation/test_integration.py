@@ -12,7 +12,7 @@ from scipy.linalg import expm
 
 from workbench.control.loop import close
 from workbench.errors import InputError
-from workbench.files.problem import load_problem, shipped_problems
+from workbench.files.problem import load_problem, shipped_vehicles
 from workbench.lti.signals import COORDINATES
 from workbench.physics.guideway.shape import VersineBump
 from workbench.physics.vehicle.operating import operating_point
@@ -21,7 +21,7 @@ from workbench.simulation.ensemble import seeds
 from workbench.simulation.rig import LONGEST_STEP, largest_step
 
 LOADS = ("force_z", "moment_pitch", "force_y", "moment_roll", "moment_yaw")
-FLOWN = sorted(set(shipped_problems()) - {"report_1975"})  # without current loops a direct acceleration gain is refused
+FLOWN = sorted(set(shipped_vehicles()) - {"report_1975"})  # without current loops a direct acceleration gain is refused
 EXACT = ("coil_vehicle", "scheduled_vehicle", "two_coil_corner")  # on the exact law of coils
 LOAD = np.array([300.0, 2000.0, 300.0, 50.0, 2000.0])
 

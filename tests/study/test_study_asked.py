@@ -11,7 +11,7 @@ from workbench.control.gains import GAIN_NAMES
 from workbench.design.requirement import QUANTITIES
 from workbench.design.verdict import margin_verdicts, verdicts
 from workbench.errors import InputError
-from workbench.files.problem import load_problem, read_schedule, shipped_problems
+from workbench.files.problem import load_problem, read_schedule, shipped_problems, shipped_vehicles
 from workbench.study.file import read_study
 from workbench.study.quantity import limits_of, required
 from workbench.study.run import run_study
@@ -37,7 +37,7 @@ def study_of(tmp_path):
     return run
 
 
-APPROVED = [name for name, folder in shipped_problems().items() if (folder / "approved.json").is_file()]
+APPROVED = [name for name, folder in shipped_vehicles().items() if (folder / "approved.json").is_file()]
 COILS = ("coil_vehicle", "two_coil_corner", "scheduled_vehicle")  # a second each, for their forces
 ONE = '[[parameter]]\nname = "K_h"\nvalues = [{}]\n'
 

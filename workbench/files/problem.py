@@ -22,6 +22,7 @@ from workbench.design.requirement import QUANTITIES, Requirement
 from workbench.design.scheduled import Plan
 from workbench.errors import InfeasibleError, InputError, unknown_name
 from workbench.files.digest import check_digest
+from workbench.files.own_plant import OwnData, is_own, own_problem_data
 from workbench.files.physics import (
     CornerBlock,
     OperatingPointBlock,
@@ -32,7 +33,8 @@ from workbench.files.physics import (
 )
 from workbench.files.problem_code import maker
 from workbench.files.schema import ProblemFile
-from workbench.machine.reading import read_mapping, read_text, shown
+from workbench.files.table import sentence
+from workbench.machine.reading import read_mapping, read_text
 from workbench.physics.guideway.irregularity import TYPES
 from workbench.physics.guideway.roughness import Roughness
 from workbench.physics.guideway.spectrum import PowerLaw
@@ -52,12 +54,17 @@ def shipped_folder() -> Path:
     return inside if inside.is_dir() else Path(str(files("workbench"))).parent / "problems"
 
 
-def shipped_problems(kind: str = "vehicle") -> dict[str, Path]:
-    """Name to folder of every shipped problem of a kind: "vehicle", or "tuning" (`export.tuning_problem`)."""
+def shipped_problems(kind: str = "") -> dict[str, Path]:
+    """Name to folder of every shipped problem; of kind "tuning" those of `files.tuning_problem` alone."""
     folder = shipped_folder()
     paths = sorted(folder.iterdir()) if folder.is_dir() else []
     found = {path.name: path for path in paths if (path / "data.toml").is_file()}
     return {name: path for name, path in found.items() if is_tuning_problem(path) == (kind == "tuning")}
+
+
+def shipped_vehicles() -> dict[str, Path]:
+    """Name to folder of the shipped problems that control a vehicle."""
+    return {name: path for name, path in shipped_problems().items() if not is_own(read_mapping(path / "data.toml"))}
 
 
 def is_tuning_problem(folder: Path) -> bool:
@@ -102,26 +109,36 @@ def load_problem(name: str, *, speed: float | None = None) -> Problem:
                 f"Name a folder with one, or a shipped problem: {', '.join(known)}."
             )
         raise unknown_name("problem", name, known)
-    text = read_text(folder / "data.toml")
-    data = parse_problem(read_mapping(folder / "data.toml"), str(folder / "data.toml"))
+    document = read_mapping(folder / "data.toml")
+    problem = _own(folder, document, speed) if is_own(document) else _vehicle(folder, document, speed)
+    if not isinstance(problem, Problem):
+        raise InputError(f"{folder / 'problem.py'} must return a design.Problem; got a {type(problem).__name__}.")
+    return problem
+
+
+def _own(folder: Path, document: dict, speed: float | None) -> Problem:
+    if speed is not None:
+        raise InputError(f"a speed is asked of a vehicle; {folder.name!r} controls a plant of its own. Leave it out.")
+    return maker(folder, OwnData.build, "design.Problem")(own_problem_data(folder, document))
+
+
+def _vehicle(folder: Path, document: dict, speed: float | None) -> Problem:
+    data = parse_problem(document, str(folder / "data.toml"))
     approved = folder / "approved.json"
     point = data.operating_point
     own = point.speed_m_s if point and point.speed_m_s is not None else data.vehicle.speed_m_s
     whole = ProblemData(
         data,
         folder.resolve().name,
-        hashlib.sha256(text.encode()).hexdigest(),
+        hashlib.sha256(read_text(folder / "data.toml").encode()).hexdigest(),
         _approved(approved, own if speed is None else speed) if approved.is_file() else None,
     )
     try:
-        problem = builder(folder)(whole if speed is None else whole.at_speed(speed))
+        return builder(folder)(whole if speed is None else whole.at_speed(speed))
     except InfeasibleError as error:
         if speed is not None:
             raise
         raise InputError(str(error)) from error  # no equilibrium as the data stand: they are what must be mended
-    if not isinstance(problem, Problem):
-        raise InputError(f"{folder / 'problem.py'} must return a design.Problem; got a {type(problem).__name__}.")
-    return problem
 
 
 def parse_problem(mapping: dict, place: str = "data.toml") -> ProblemFile:
@@ -129,7 +146,7 @@ def parse_problem(mapping: dict, place: str = "data.toml") -> ProblemFile:
     try:
         return ProblemFile.model_validate(mapping)
     except ValidationError as error:
-        raise InputError(_sentence(error, place)) from error
+        raise InputError(sentence(error, place)) from error
     except RecursionError as error:
         raise InputError(f"{place} must not be nested deeply; keep to the keys of a shipped problem.") from error
 
@@ -384,16 +401,3 @@ def _number(name: str, value) -> float:
 def builder(folder: Path) -> Callable[[ProblemData], Problem]:
     """What makes the problem of a folder: its problem.py, or `ProblemData.build` where there is none."""
     return maker(folder, ProblemData.build, "design.Problem")
-
-
-def _sentence(error: ValidationError, place: str) -> str:
-    first = error.errors(include_url=False, include_context=False)[0]
-    key = ".".join(str(part) for part in first["loc"])
-    more = f" ({error.error_count() - 1} more after it)" if error.error_count() > 1 else ""
-    if first["type"] == "extra_forbidden":
-        return f"{place}: key {key!r} is not known; check its name and unit against a shipped problem{more}."
-    if first["type"] == "missing":
-        return f"{place}: key {key!r} is missing; add it, with its unit in the name{more}."
-    given = shown(first.get("input"))
-    message = first["msg"].removeprefix("Value error, ")
-    return f"{place}: {key} is not usable: {message}; got {given}{more}." if key else f"{place}: {message}{more}."

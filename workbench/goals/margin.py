@@ -37,6 +37,7 @@ BISECTIONS = 60
 MU_CLOSE = 2e-3  # relative: as near as turns and scalings of three and more channels come to each other
 FINEST = 1e-4  # tolerance of the disk margin where a limit lies inside its bracket
 ROUNDED = 1e-13  # of ½: S(∞) this near to it leaves open which side of 1 the loop gain is on
+MOST_DB = 1000.0  # of a gain margin asked for: a factor of 1e50
 PURSUED = 1e-9  # relative: what rounding leaves of a crossing's place and lag
 MOST_SAMPLES = 200  # of whole samples of dead time tried one by one
 EVERY = "every crossing of the loop gain through 1"
@@ -69,9 +70,9 @@ class Margins(Goal):
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "points", some_names("points", self.points))
-        if not (0 <= self.gain_db < math.inf and 0 <= self.phase_deg < 180) or self.gain_db == self.phase_deg == 0:
+        if not (0 <= self.gain_db <= MOST_DB and 0 <= self.phase_deg < 180) or self.gain_db == self.phase_deg == 0:
             raise InputError(
-                f"Margins needs gain_db of zero or more and phase_deg from 0 to below 180, not both zero; "
+                f"Margins needs gain_db from 0 to {MOST_DB:g} and phase_deg from 0 to below 180, not both zero; "
                 f"got {self.gain_db!r} dB and {self.phase_deg!r}°. Typical: 6 dB and 40°."
             )
         Goal.__post_init__(self)

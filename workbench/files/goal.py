@@ -1,0 +1,74 @@
+"""Goals of a data file: the keys of whatever kind is registered, values checked by the types of the goal's fields.
+
+[[goal]] kind, keys with units in their names --goals.registry--> Goal --tried on every loop--> it can be measured
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import fields
+from typing import Any
+
+from workbench.errors import InputError
+from workbench.files.table import LARGEST, MOST, si_keys
+from workbench.goals.goal import Goal
+from workbench.goals.registry import GOALS, class_of, goal, keys_of
+from workbench.machine.reading import shown
+
+MOST_POINTS = 10_000  # numbers in one value
+WORDS: Mapping[Any, str] = {
+    float: "a finite number", float | None: "a finite number", bool: "true or false", str: "a text",
+    tuple[str, ...]: "a name or a list of names", tuple[str, ...] | None: "a name or a list of names",
+}  # fmt: skip
+
+
+def goal_of(keys: Mapping[str, Any]) -> Goal:
+    """The goal of a table; raises InputError for what the kind does not know or cannot use."""
+    kind = keys.get("kind")
+    if not isinstance(kind, str):
+        raise InputError(f"a goal must have a kind, such as 'margins'; got {shown(kind)}.")
+    cls = class_of(kind)
+    if cls.bind is Goal.bind:
+        ours = ", ".join(sorted(word for word, other in GOALS.items() if other.bind is not Goal.bind))
+        raise InputError(f"a goal of kind {kind!r} is of a vehicle; a plant of its own can have {ours}.")
+    known = {key.name: key for key in keys_of(kind)}
+    try:
+        given = si_keys({key: value for key, value in keys.items() if key != "kind"}, tuple(known))
+    except ValueError as error:
+        raise InputError(f"a goal of kind {kind!r}: {error}.") from error
+    types = {field.name: field.type for field in fields(cls)}
+    for name, value in given.items():
+        wanted = None if known[name].read is not None else types[known[name].target]
+        if not _fits(value, wanted):
+            raise InputError(f"{name} of a goal must be {WORDS.get(wanted, 'finite numbers')}; got {shown(value)}.")
+    try:
+        return goal(kind, given)
+    except OverflowError as error:
+        raise InputError(f"a goal of kind {kind!r} must have limits that a number can hold; they do not.") from error
+
+
+def _fits(value: Any, wanted: Any) -> bool:
+    """Whether a value is of the type; of a type without a word, whether its numbers are finite and not too many."""
+    if wanted in (float, float | None):
+        return not isinstance(value, bool) and isinstance(value, int | float) and abs(value) <= LARGEST
+    if wanted in (bool, str):
+        return isinstance(value, wanted) and len(str(value)) <= 200
+    if wanted in (tuple[str, ...], tuple[str, ...] | None):
+        listed = value if isinstance(value, list) else [value]
+        return len(listed) <= MOST and all(isinstance(name, str) and 0 < len(name) <= 200 for name in listed)
+    return 0 < _count(value) <= MOST_POINTS
+
+
+def _count(value: Any) -> float:
+    """Numbers in a value; infinite where it holds anything else but lists, mappings and short texts."""
+    match value:
+        case bool():
+            return math.inf
+        case int() | float():
+            return 1 if abs(value) <= LARGEST or value == math.inf else math.inf
+        case str():
+            return 1 if len(value) <= 200 else math.inf
+        case Mapping():
+            return sum(map(_count, value.values()))
+        case Sequence():
+            return sum(map(_count, value))
+    return math.inf

@@ -1,0 +1,150 @@
+"""Problems of plants of one's own: models, a structure and goals in a data.toml.
+
+<folder>/data.toml --schema--> OwnFile --problem.py, or OwnData.build--> design.Problem
+design.Problem --problem_toml--> text of a data.toml that gives the same problem
+"""
+
+import hashlib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import Field, field_validator
+
+from workbench.control.structure.structure import Structure
+from workbench.design.problem import Problem
+from workbench.errors import InputError
+from workbench.files.goal import goal_of
+from workbench.files.matrix import beside
+from workbench.files.plant import FileTable, PlantBlock
+from workbench.files.structure import StructureTable
+from workbench.files.table import MOST, Above, Table, Text, read_table
+from workbench.goals.goal import Goal
+from workbench.lti.model import Model
+from workbench.machine.reading import read_mapping, read_text
+
+OF_A_VEHICLE = ("vehicle", "inertia", "force_law", "physics", "guideway")  # one of these makes a file a vehicle's
+
+
+class HeadTable(Table):
+    """[problem]"""
+
+    title: Annotated[str, Field(min_length=3, max_length=200)]
+    source: Text
+
+
+class StepTable(Table):
+    """[discretisation] of the controller"""
+
+    sample_time_s: Above
+    source: Text | None = None
+
+
+class OwnFile(Table):
+    """A data.toml that states its models itself."""
+
+    problem: HeadTable
+    model: Annotated[tuple[PlantBlock, ...], Field(min_length=1, max_length=60)]
+    structure: StructureTable
+    goal: Annotated[tuple[dict[str, Any], ...], Field(max_length=MOST)] = ()
+    discretisation: StepTable | None = None
+
+    @field_validator("model", mode="before")
+    @classmethod
+    def one_or_several(cls, given: Any) -> Any:
+        """[model] for one, [[model]] for several."""
+        return (given,) if isinstance(given, Mapping) else given
+
+
+class OwnData:
+    """What problem.py gets: the checked file, and `build()` that turns it into a Problem."""
+
+    def __init__(self, file: OwnFile, folder: Path) -> None:
+        self.file, self.folder, self.place = file, folder, str(folder / "data.toml")
+
+    def models(self) -> tuple[Model, ...]:
+        """Every model."""
+        made = []
+        for number, table in enumerate(self.file.model):
+            try:
+                made.append(table.model(self.folder))
+            except InputError as error:
+                raise InputError(f"{self.place}: model.{number}: {error}") from error
+        return tuple(made)
+
+    def goals(self) -> tuple[Goal, ...]:
+        """Every goal."""
+        made = []
+        for number, keys in enumerate(self.file.goal):
+            try:
+                made.append(goal_of(keys))
+            except InputError as error:
+                raise InputError(f"{self.place}: goal.{number}: {error}") from error
+        return tuple(made)
+
+    def build(self) -> Problem:
+        """The problem as the data describe it; every goal is tried on the loops it speaks of."""
+        d = self.file
+        structure = d.structure.structure(self.place)
+        sources = {"problem": d.problem.source, **{m.name: m.source for m in d.model if m.source}}
+        sources |= {"structure": d.structure.source} if d.structure.source else {}
+        approved = self.folder / "approved.json"
+        try:
+            problem = Problem(
+                models=self.models(), structure=structure, goals=self.goals(), name=self.folder.resolve().name,
+                title=d.problem.title, sample_time=d.discretisation.sample_time_s if d.discretisation else None,
+                approved=read_values(approved, structure) if approved.is_file() else None,
+                data_sha256=self._sha256(), sources=sources,
+            )  # fmt: skip
+        except InputError as error:
+            text = str(error)
+            raise InputError(text if text.startswith(str(self.folder)) else f"{self.place}: {text}") from error
+        self._try_goals(problem)
+        return problem
+
+    def _try_goals(self, problem: Problem) -> None:
+        names = [model.name for model in problem.systems]
+        for number, wanted in enumerate(problem.goals):
+            try:
+                for name in wanted.models or ():
+                    if name not in names:
+                        raise InputError(f"goal {wanted.name!r} must name models of {', '.join(names)}; got {name!r}.")
+                for loop in problem.loops:
+                    if wanted.holds_for(loop.model.name):
+                        wanted.bind(loop)
+            except InputError as error:
+                raise InputError(f"{self.place}: goal.{number}: {error}") from error
+
+    def _sha256(self) -> str:
+        """Of data.toml and of what it reads beside it."""
+        found = hashlib.sha256(read_text(self.folder / "data.toml").encode())
+        for table in self.file.model:
+            if isinstance(table, FileTable):
+                found.update(beside(self.folder, table.file).read_bytes())
+        return found.hexdigest()
+
+
+def is_own(document: Mapping[str, Any]) -> bool:
+    """Whether a document states a plant of its own, and not a vehicle."""
+    return not any(key in document for key in OF_A_VEHICLE)
+
+
+def own_problem_data(folder: Path, document: Mapping[str, Any]) -> OwnData:
+    """The checked data of a folder; raises InputError that names the first key at fault."""
+    try:
+        return OwnData(read_table(OwnFile, document, str(folder / "data.toml")), folder)
+    except RecursionError as error:
+        raise InputError(f"{folder / 'data.toml'} must not be nested deeply; keep to the keys of the guide.") from error
+
+
+def read_values(path: Path, structure: Structure) -> dict[str, float]:
+    """Values of a structure's parameters from a gain table or a mapping of names to numbers."""
+    mapping = read_mapping(path)
+    found = mapping.get("parameters", mapping)
+    known = {p.name for p in structure.parameters}
+    if not isinstance(found, dict) or set(found) != known:
+        raise InputError(f"{path} must give every parameter of the structure, {', '.join(sorted(known))[:300]}.")
+    try:
+        return {name: float(value) for name, value in found.items()}
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{path} must give a number for every parameter; {str(error)[:80]}.") from error
