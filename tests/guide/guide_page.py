@@ -6,7 +6,9 @@ from typing import NamedTuple
 
 ROOT = Path(__file__).parents[2]
 GUIDE = ROOT / "notebooks" / "guide"
-PAGES = tuple(sorted(path.name for path in GUIDE.glob("*.md")))
+PAGES = tuple(
+    sorted(path.relative_to(GUIDE).as_posix() for room in (GUIDE, GUIDE / "how_to_add") for path in room.glob("*.md"))
+)
 FENCE = re.compile(r"^```([^\n`]*)\n(.*?)^```$", re.M | re.S)
 
 

@@ -43,6 +43,17 @@ def test_examples_of_a_page_print_what_stands_there(page, tmp_path, monkeypatch)
     assert not said, "".join(said)
 
 
+@pytest.mark.parametrize("page", sorted({fence.page for fence in fences("python run")}))
+def test_what_a_page_says_how_to_add_can_be_added_so(page, tmp_path):
+    # in a process of its own: what it registers is not the house's; a file, so that pickled classes have a place
+    said = "\n".join(fence.text for fence in fences("python run") if fence.page == page)
+    (tmp_path / "added.py").write_text(said, "utf-8")
+    ran = subprocess.run(
+        [sys.executable, "-W", "error", "added.py"], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+    assert ran.returncode == 0, ran.stderr
+
+
 @pytest.mark.parametrize("fence", fences("python"), ids=lambda fence: fence.place)
 def test_python_that_is_not_run_is_python(fence):
     assert ast.parse(fence.text).body
