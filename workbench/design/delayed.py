@@ -10,6 +10,8 @@ how far. The fraction of order 6 is right to 3e-7 rad at a turn of 3 rad and to 
 
 import numpy as np
 
+from workbench.lti.eigen import eigen
+
 ORDER = 6
 
 
@@ -48,10 +50,10 @@ class Delayed:
         ratios, slopes = [], []
         for i in range(k):
             whole = np.block([[A, np.outer(self._inputs[:, i], C)], [np.outer(B, commands[i]), D]])
-            values, right = np.linalg.eig(whole)
+            values, left, right = eigen(whole)
             ratio = np.where(values.imag >= 0, -values.real / np.abs(values), np.inf)
             worst = np.argsort(ratio)[:count]
-            left = np.linalg.inv(right)[worst]  # rows, with left · right = 1
+            left = left[:, worst].T.conj()
             right = right[:n, worst].T
             products = right[:, :, None] * left[:, None, :n]
             by_A = products.reshape(len(worst), -1) @ A_slope

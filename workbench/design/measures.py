@@ -26,6 +26,7 @@ from workbench.control.loop import Subject
 from workbench.design.delayed import Delayed
 from workbench.design.kernel import Shape, kernel, plant_column
 from workbench.design.noise import mean_squares
+from workbench.lti.eigen import eigen
 from workbench.lti.signals import numbered
 from workbench.machine.budget import heed
 from workbench.physics.guideway.irregularity import TYPES, phasors
@@ -176,17 +177,9 @@ class GroupMeasures:
 
     def eigenvalues(self, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Eigenvalues (n,) of the closed loop and their derivatives (n, 17), complex."""
-        import scipy.linalg
-
         A, slope = self._dynamics(theta)
-        values, left, right = scipy.linalg.eig(A, left=True)  # pyright: ignore[reportAssignmentType]
-        products = left.conj()[:, None, :] * right[None, :, :]  # (i, j, k), against rows i + n j of the slope
-        top = products.transpose(2, 1, 0).reshape(self.size, -1) @ slope
-        bottom = np.einsum("ik,ik->k", left.conj(), right)
-        bottom = np.where(
-            np.abs(bottom) < 1e-14, 1e-14, bottom
-        )  # a defective eigenvalue has no derivative; keep it finite
-        return values, top / bottom[:, None]
+        found = eigen(A)
+        return found.values, found.slopes(slope)
 
     def delayed_damping(self, theta: np.ndarray, dead_time: float, count: int) -> Values:
         """The `count` smallest damping ratios with a dead time [s] in each pattern's command in turn."""

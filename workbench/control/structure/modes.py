@@ -7,16 +7,15 @@ What steers; nothing here says that no root of a loop with dead time was missed 
 """
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, NamedTuple, cast
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from workbench.lti.eigen import apart, eigen
 from workbench.lti.roots import spectrum
 
 if TYPE_CHECKING:
     from workbench.control.structure.block import Controller
-
-DEFECTIVE = 1e-9  # |yᴴ Λ' x| of vectors of unit length below which a pole is multiple to rounding, its slope cut off
 
 PullA = Callable[[np.ndarray], "Controller"]  # gradient (N, N) by A -> gradient by K
 
@@ -30,17 +29,10 @@ class Modes(NamedTuple):
 
 def eigenvalues(A: np.ndarray, back: PullA) -> Modes:
     """All eigenvalues of A; infinite where A is not finite."""
-    from scipy.linalg import eig
-
     if len(A) == 0 or not np.isfinite(A).all():
         return Modes(np.full(min(len(A), 1), np.inf + 0j), _none)
-    poles, left, right = cast(tuple[np.ndarray, np.ndarray, np.ndarray], eig(A, left=True, right=True))
-
-    def pull(k: int, weight: complex) -> "Controller":
-        x, y = right[:, k], left[:, k]
-        return back(_by_A(x, y, y.conj() @ x, weight))
-
-    return Modes(poles, pull)
+    found = eigen(A)
+    return Modes(found.values, lambda k, weight: back(found.gradient(k, weight)))
 
 
 def roots(A: np.ndarray, late: np.ndarray, back: PullA) -> Modes:
@@ -55,15 +47,10 @@ def roots(A: np.ndarray, late: np.ndarray, back: PullA) -> Modes:
         size = np.maximum(1.0, np.abs(symbol))  # rows of like size: a line's symbol may be large or small
         left, _, right = np.linalg.svd((np.diag(symbol) - A) / size[:, None])
         y, x = left[:, -1] / size, right[-1].conj()
-        return back(_by_A(x, y / np.linalg.norm(y), (y / np.linalg.norm(y)).conj() @ (slope * x), weight))
+        y = y / np.linalg.norm(y)
+        return back((np.outer(y.conj(), x) * (weight / apart(y.conj() @ (slope * x)))).real)
 
     return Modes(poles, pull)
-
-
-def _by_A(x: np.ndarray, y: np.ndarray, overlap: complex, weight: complex) -> np.ndarray:
-    """The gradient (N, N) of Re(weight · λ) by A."""
-    overlap = overlap if abs(overlap) > DEFECTIVE else DEFECTIVE
-    return (np.outer(y.conj(), x) * (weight / overlap)).real
 
 
 def _none(k: int, weight: complex) -> "Controller":

@@ -9,12 +9,12 @@ a factor counts the same everywhere, and the growth towards the edge of stabilit
 
 import math
 from dataclasses import dataclass
-from typing import cast
 
 import numpy as np
 
 from workbench.design.static.peaks import Gain, frequencies
 from workbench.errors import InputError
+from workbench.lti.eigen import eigen
 from workbench.lti.norm import proposals
 from workbench.lti.realisation import matrix, square
 
@@ -28,7 +28,6 @@ MISSED = 1e-5  # relative height above the peaks found that counts as missed
 FURTHER_EIGENVALUES = 12  # beside the rightmost
 FIXED = 1e-12  # of ‖A‖: singular value at which a mode counts as fixed
 FLAT = 1e-10  # of the first metric: a direction that costs less than this share of the dearest counts as this much
-DEFECTIVE = 1e-9  # yᴴx of unit eigenvectors below which an eigenvalue is defective to rounding, its slope cut off
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,17 +117,12 @@ class StaticLoop:
         A defective eigenvalue has no gradient; rounding splits it and leaves large ones, which the solver's line search
         and gradient sampling are made for.
         """
-        from scipy.linalg import eig
-
-        solution = eig(self.A + self.B2 @ K @ self.C, left=True, right=True)
-        values, left, right = cast(tuple[np.ndarray, np.ndarray, np.ndarray], solution)
+        values, left, right = eigen(self.A + self.B2 @ K @ self.C)
         keep = np.flatnonzero(values.imag >= 0)
         keep = keep[np.argsort(-values[keep].real)][: FURTHER_EIGENVALUES + 1]
         pieces = []
         for k in keep:
-            product = left[:, k].conj() @ right[:, k]
-            product = product if abs(product) > DEFECTIVE else DEFECTIVE
-            gradient = np.outer(self.B2.T @ left[:, k].conj(), self.C @ right[:, k]) / product
+            gradient = np.outer(self.B2.T @ left[:, k].conj(), self.C @ right[:, k])
             pieces.append((float(values[k].real), gradient.real))
         return pieces
 
