@@ -10,10 +10,12 @@ from typing import Any
 from workbench.analysis.analysis import Analysis, analyse
 from workbench.control import Gains
 from workbench.control.structure.structure import Structure
+from workbench.design.loop_margins import LoopMargins, loop_margins
 from workbench.design.loop_verdict import loop_verdicts
 from workbench.design.problem import Problem
 from workbench.design.verdict import verdicts
 from workbench.errors import InputError
+from workbench.exits import through
 from workbench.goals.verdict import Verdict
 from workbench.result import Result, Row, plain
 
@@ -85,6 +87,18 @@ class Design(Result):
     def structure(self) -> Structure:
         """The problem's structure, its values those of the design."""
         return self.problem.structure.with_values(self.values)
+
+    def margins(self) -> LoopMargins:
+        """What every break point of every loop bears: one at a time, and all inputs or outputs at once."""
+        return loop_margins(self.problem.loops, self.structure.controller())
+
+    def table(self) -> Any:
+        """The gain table, with proofs: `.write(path)`, `.export("c", path)`."""
+        return through("table")(self)
+
+    def plot(self) -> Any:
+        """A matplotlib Figure: every goal against its limit, over frequency or time; a vehicle's overview."""
+        return through("plot")(self)
 
     def to_dict(self) -> dict[str, Any]:
         """A vehicle's figures, or name and values of another plant; with verdicts, starts and what binds."""

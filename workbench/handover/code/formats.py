@@ -11,6 +11,7 @@ and refused where that breaks what the table promises.
 import csv
 from collections.abc import Callable
 from io import StringIO
+from pathlib import Path
 
 from workbench.control import GAIN_NAMES, GAIN_UNITS
 from workbench.errors import unknown_name
@@ -18,6 +19,7 @@ from workbench.handover.code.c_header import c_header
 from workbench.handover.code.digital import DigitalCheck, exportable
 from workbench.handover.code.matlab import mat_bytes
 from workbench.handover.table.table import GainTable, table_json
+from workbench.machine.writing import write_bytes
 
 
 def csv_text(table: GainTable) -> str:
@@ -91,6 +93,12 @@ def render(
     checked = exportable(table, computing_delay, accept=accept, check=check) if format in DIGITAL else None
     content = writer(table, checked)
     return content if isinstance(content, bytes) else content.encode("utf-8")
+
+
+def exported(table: GainTable, format: str, path: Path | str, *, computing_delay: float, accept: bool) -> Path:
+    """Writes a table in the named format, as `render` makes it; returns the path."""
+    write_bytes(Path(path), render(table, format, computing_delay=computing_delay, accept=accept))
+    return Path(path)
 
 
 def _writer(format: str) -> tuple[str, Callable[[GainTable, DigitalCheck | None], str | bytes]]:

@@ -21,6 +21,7 @@ from pydantic import Field, JsonValue, model_validator
 from workbench.control.structure.block import Block, Parameter
 from workbench.control.structure.registry import BLOCKS, make_block
 from workbench.control.structure.structure import Structure
+from workbench.exits import through
 from workbench.errors import InputError
 from workbench.files.digest import digest_of
 from workbench.goals.promise import Promise
@@ -184,6 +185,10 @@ class PlantTable(Result, Part):
         table = self.model_copy(update={"digest": digest_of(self.to_dict())})
         write_text(Path(path), json.dumps(table.to_dict(), indent=1, ensure_ascii=False, allow_nan=False) + "\n")
         return table
+
+    def export(self, format: str, path: Path | str, *, computing_delay: float = 0.0, accept: bool = False) -> Path:
+        """Writes the table in a format of `handover.code.formats`, the sampled loop checked; returns the path."""
+        return through("export")(self, format, path, computing_delay=computing_delay, accept=accept)
 
     def __str__(self) -> str:
         return repr(self)

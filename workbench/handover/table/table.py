@@ -21,6 +21,7 @@ from workbench.control import GAIN_UNITS, Gains, ModalLaw
 from workbench.control.discrete import DiscreteLaw, discretise
 from workbench.control.law import Actuator
 from workbench.control.schedule import Schedule
+from workbench.exits import through
 from workbench.errors import InputError
 from workbench.files.digest import check_digest, digest_of
 from workbench.handover.table.certificate import certificate_of, plant_part
@@ -125,6 +126,14 @@ class GainTable(Result, Part):
     def to_dict(self) -> dict[str, Any]:
         """What the file holds."""
         return self.model_dump(mode="json")
+
+    def write(self, path: Path | str) -> "GainTable":
+        """Writes the table, signed anew, as readable JSON; returns what was written."""
+        return write_table(self, Path(path))
+
+    def export(self, format: str, path: Path | str, *, computing_delay: float = 0.0, accept: bool = False) -> Path:
+        """Writes the table in a format of `handover.code.formats`, the sampled loop checked; returns the path."""
+        return through("export")(self, format, path, computing_delay=computing_delay, accept=accept)
 
     def __str__(self) -> str:
         return repr(self)
