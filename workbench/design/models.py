@@ -13,6 +13,7 @@ from typing import Protocol
 from workbench.analysis.setting import Setting
 from workbench.control import GAIN_NAMES, Gains, ModalLaw
 from workbench.control.gains import GAIN_UNITS, TIME_CONSTANTS
+from workbench.control.loop import GROUPS, Subject, subject
 from workbench.control.structure.space import modal_law
 from workbench.control.structure.structure import Structure
 from workbench.errors import InputError, unknown_name
@@ -88,8 +89,12 @@ class VehicleModels:
 
     @property
     def systems(self) -> tuple[Model, ...]:
-        """One model per group of motion, from the commands to the sensors; the other motions are held."""
-        return tuple(_group_model(self.setting, k) for k in range(len(self.setting.groups)))
+        """From the commands to the sensors: the whole vehicle where all its motions are looked at, else one model per
+        group of motion, with the other motions held."""
+        setting = self.setting
+        if set(setting.groups) == set(GROUPS):
+            return (_model(subject(setting.plant, setting.law, "all"), setting.law),)
+        return tuple(_model(group, setting.law) for group in setting.subjects)
 
     def at(self, values: Mapping[str, float]) -> "VehicleModels":
         """The vehicle under other values of `design.model.PARAMETERS`: speed, mass, forces and so on."""
@@ -155,8 +160,7 @@ def maker_of(given: Maker | Model | Sequence[Model]) -> Maker:
     return given if made else Given(several(given))
 
 
-def _group_model(setting: Setting, number: int) -> Model:
-    group, law = setting.subjects[number], setting.law
+def _model(group: Subject, law: ModalLaw) -> Model:
     seen = group.plant.select(inputs=group.commands, outputs=law.sensors)
     patterns = group.patterns.T
     plant = Plant(

@@ -21,8 +21,8 @@ from pydantic import Field, JsonValue, model_validator
 from workbench.control.structure.block import Block, Parameter
 from workbench.control.structure.registry import BLOCKS, make_block
 from workbench.control.structure.structure import Structure
-from workbench.exits import through
 from workbench.errors import InputError
+from workbench.exits import through
 from workbench.files.digest import digest_of
 from workbench.goals.promise import Promise
 from workbench.goals.verdict import Verdict

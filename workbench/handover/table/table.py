@@ -21,8 +21,8 @@ from workbench.control import GAIN_UNITS, Gains, ModalLaw
 from workbench.control.discrete import DiscreteLaw, discretise
 from workbench.control.law import Actuator
 from workbench.control.schedule import Schedule
-from workbench.exits import through
 from workbench.errors import InputError
+from workbench.exits import through
 from workbench.files.digest import check_digest, digest_of
 from workbench.handover.table.certificate import certificate_of, plant_part
 from workbench.handover.table.schema import (
