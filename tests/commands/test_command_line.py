@@ -11,7 +11,7 @@ from workbench.control import GAIN_NAMES
 from workbench.files.problem import shipped_problems
 
 COMMANDS = (
-    "problems", "design", "analyse", "compare", "model", "forces", "motor", "propulsion", "noise", "reproduce",
+    "problems", "new", "design", "analyse", "compare", "model", "forces", "motor", "propulsion", "noise", "reproduce",
     "verify", "export", "study",
 )  # fmt: skip
 QUICK = ("--starts", "1", "--seed", "1", "--no-trade-off")  # one start of heave takes about a second

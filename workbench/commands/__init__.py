@@ -9,6 +9,7 @@ from workbench.commands.export import export
 from workbench.commands.forces import forces
 from workbench.commands.model import model
 from workbench.commands.motor import motor
+from workbench.commands.new import new
 from workbench.commands.problems import problems
 from workbench.commands.propulsion import noise, propulsion
 from workbench.commands.reproduce import reproduce
@@ -17,6 +18,7 @@ from workbench.commands.verify import verify
 
 COMMANDS: list[Callable] = [
     problems,
+    new,
     design,
     analyse,
     compare,

@@ -100,6 +100,16 @@ def load_problem(name: str, *, speed: float | None = None) -> Problem:
             f"the problem must be a vehicle's; {name!r} tunes a controller for a plant of its own. "
             "Give it to 'workbench design'."
         )
+    folder = folder_of(name)
+    document = read_mapping(folder / "data.toml")
+    problem = _own(folder, document, speed) if is_own(document) else _vehicle(folder, document, speed)
+    if not isinstance(problem, Problem):
+        raise InputError(f"{folder / 'problem.py'} must return a design.Problem; got a {type(problem).__name__}.")
+    return problem
+
+
+def folder_of(name: str) -> Path:
+    """The folder of a shipped name or of a path, with a data.toml in it; anything else is refused."""
     known = shipped_problems()
     folder = known.get(name, Path(name))
     if not _is_file(folder / "data.toml"):
@@ -109,11 +119,7 @@ def load_problem(name: str, *, speed: float | None = None) -> Problem:
                 f"Name a folder with one, or a shipped problem: {', '.join(known)}."
             )
         raise unknown_name("problem", name, known)
-    document = read_mapping(folder / "data.toml")
-    problem = _own(folder, document, speed) if is_own(document) else _vehicle(folder, document, speed)
-    if not isinstance(problem, Problem):
-        raise InputError(f"{folder / 'problem.py'} must return a design.Problem; got a {type(problem).__name__}.")
-    return problem
+    return folder
 
 
 def _own(folder: Path, document: dict, speed: float | None) -> Problem:

@@ -8,7 +8,8 @@ fails. `check_file` and `check_folder` ask before the work whether its result wi
 
 import os
 import secrets
-from collections.abc import Iterator
+import shutil
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
@@ -57,6 +58,25 @@ def check_folder(folder: Path) -> None:
     with _refusing(folder, "a folder that can be written to"):
         folder.mkdir(parents=True, exist_ok=True)
         _probe(folder)
+
+
+def write_folder(folder: Path, files: Mapping[str, bytes]) -> None:
+    """A new folder with files in it, by name: all of them or none; refused where something has that name already."""
+    if "\0" in str(folder) or not folder.name:
+        raise InputError(f"a new folder must have a name; got {str(folder)!r}. Give one.")
+    if os.path.lexists(folder):
+        raise InputError(f"{folder} must not be there yet; it is. Choose another name, or take it away first.")
+    with _refusing(folder, "a place for a new folder"):
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        begun = folder.parent / BEGUN.replace("*", secrets.token_hex(8))
+        begun.mkdir()
+        try:
+            for name, content in files.items():
+                write_bytes(begun / name, content)
+            begun.rename(folder)
+        finally:
+            shutil.rmtree(begun, ignore_errors=True)
+        _sync_folder(folder.parent)
 
 
 def open_lock(path: Path) -> int:
