@@ -4,7 +4,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: design test slow bench guide lint lock wheel clean
+.PHONY: design test slow bench guide picture lint lock wheel clean
 design: $(READY)
 	$(BIN)/workbench design revenue_vehicle --out results/revenue_vehicle
 
@@ -19,6 +19,10 @@ bench: $(READY)
 
 guide: $(READY)
 	$(BIN)/sphinx-build -W --keep-going -q -b html notebooks/guide results/guide
+
+# the house as ARCHITECTURE.md shows it
+picture: $(READY)
+	$(BIN)/python notebooks/pictures/house.py
 
 lint: $(READY)
 	$(BIN)/ruff check .
