@@ -5,8 +5,7 @@
 When none does: which requirement binds, where, and by how much it misses.
 """
 
-import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -24,6 +23,7 @@ from workbench.errors import BudgetEnded, InputError, unknown_name
 from workbench.goals.verdict import Verdict
 from workbench.machine.budget import NEVER, Deadline, current, keeping
 from workbench.machine.threads import one_thread
+from workbench.solve.multistart import ends
 from workbench.solve.smooth import Outcome, least_violation
 
 BACK_OFFS = (
@@ -166,17 +166,20 @@ def refine(problem: Problem, start: Gains, *, solver: str = "slsqp") -> Design:
 
 
 def finished(
-    problem: Problem, programme: Programme, candidates, log: tuple[Start, ...], seed: int, solver: str
-) -> Design:
+    problem: Problem, programme: Programme, candidates, log: tuple[Start, ...], seed: int, solver: str,
+    at_limits: Sequence[Outcome] | None = None,
+) -> Design:  # fmt: skip
     """Candidates brought to the wanted limits; the cheapest gains that meet everything, the candidates' own included.
+
+    at_limits : outcomes that are there already; the candidates are then looked at as they are alone
 
     Where nothing does: the points of least violation are looked at as well, and the nearest says what binds. Where an
     interrupt or the end of a budget comes first: the cheapest that is verified by then.
     """
     looked_at: list[_Judged] = []
-    ended: list[Outcome] = []
+    ended = list(at_limits or ())
     try:
-        for x in candidates:
+        for x in candidates if at_limits is None else ():
             outcome, programme = finish(programme, x, solver=solver)
             ended.append(outcome)
         looked_at += [_as_they_are(problem, programme, x) for x in candidates]
@@ -228,9 +231,9 @@ def relaxed_starts(problem: Problem, jobs, workers: int, on_start) -> tuple[list
     whole = current()
     few = whole.share(FEW_STARTS)  # by when one start must have ended
     enough = whole.share(ALL_STARTS)
-    each = _side_by_side if workers > 1 and len(jobs) > 1 else _in_turn
+    until = {"until": lambda: enough if found else few, "work": "the starts of a design"}
     try:
-        for number, outcome in each(problem, jobs, workers, lambda: enough if found else few):
+        for number, outcome in ends(jobs, _starter, bare(problem), workers=workers, **until):
             found[number] = outcome
             if on_start:
                 on_start(_entry(number, outcome))
@@ -246,58 +249,25 @@ def time_after(all_ended: bool) -> Deadline:
     return current() if all_ended or current() is not NEVER else Deadline.after(WIND_UP)
 
 
-def _in_turn(problem: Problem, jobs, workers: int, until) -> Iterator[tuple[int, Outcome]]:
-    """Numbers and outcomes of the starts, in this process."""
-    run = _Runner(problem)
-    for number, job in enumerate(jobs):
-        with keeping(until()):
-            outcome = run(job)
-        yield number, outcome
+def _starter(problem: Problem) -> Callable[[Job], Outcome]:
+    """What runs one start after another of a problem."""
+    programme = Programme(problem, back_off=BACK_OFFS[0])
+
+    def run(job: Job) -> Outcome:
+        return relaxed(programme, begin(programme, job), solver=job[3])
+
+    return run
 
 
-def _side_by_side(problem: Problem, jobs, workers: int, until) -> Iterator[tuple[int, Outcome]]:
-    """The same, in processes of this machine, in the order in which they end."""
-    from concurrent.futures import FIRST_COMPLETED, wait
-
-    from workbench.machine.workers import pool
-
-    with pool(min(workers, len(jobs)), _prepare, _bare(problem)) as executor:
-        waiting = {executor.submit(_run_prepared, job): number for number, job in enumerate(jobs)}
-        while waiting:
-            left = until().remaining
-            done, _ = wait(waiting, None if math.isinf(left) else left, FIRST_COMPLETED)
-            if not done:
-                until().check("the starts of a design")
-            for future in sorted(done, key=waiting.__getitem__):
-                yield waiting.pop(future), future.result()
+def begin(programme: Programme, job: Job) -> np.ndarray:
+    """Where a start begins: a stable point around its centre."""
+    centre, spread, seed, _ = job
+    return stable_start(programme, programme.x(centre), np.random.default_rng(seed), spread)
 
 
-class _Runner:
-    """Runs one start after another of a problem."""
-
-    def __init__(self, problem: Problem) -> None:
-        self.programme = Programme(problem, back_off=BACK_OFFS[0])
-
-    def __call__(self, job: Job) -> Outcome:
-        centre, spread, seed, solver = job
-        x = stable_start(self.programme, self.programme.x(centre), np.random.default_rng(seed), spread)
-        return relaxed(self.programme, x, solver=solver)
-
-
-def _bare(problem: Problem) -> Problem:
+def bare(problem: Problem) -> Problem:
     """The problem without what a start does not need, so that it travels to another process."""
     return replace(problem, models=problem.vehicle_models.alone(), variation=None, plan=None)
-
-
-_prepared: list[_Runner] = []  # of a worker process; one at most
-
-
-def _prepare(problem: Problem) -> None:
-    _prepared[:] = [_Runner(problem)]
-
-
-def _run_prepared(job) -> Outcome:
-    return _prepared[0](job)
 
 
 def _entry(number: int, o: Outcome) -> Start:

@@ -18,7 +18,7 @@ from workbench.constants import GRAVITY
 from workbench.control.gains import GAIN_NAMES, TIME_CONSTANTS, Gains
 from workbench.design.measures import STEERING, Grid, GroupMeasures, static_error_function
 from workbench.design.problem import Problem
-from workbench.design.requirement import strictest
+from workbench.design.requirement import Requirement, strictest
 from workbench.design.rows import ROWS, Evaluated
 from workbench.design.unseen import Calibrated, Unseen, Watched, unseen
 from workbench.errors import InputError
@@ -102,6 +102,10 @@ class Programme:
         """With a multiple of the problem's bound on the peak sensitivity, where it has one (for a homotopy)."""
         wanted = self.limits.get("peak sensitivity")
         return replace(self, sensitivity_limit=wanted * factor) if wanted else self
+
+    def with_requirements(self, requirements: Sequence[Requirement]) -> "Programme":
+        """With other limits of the same setting; what was added stays."""
+        return replace(self, problem=self.problem.with_requirements(requirements), sensitivity_limit=None)
 
     def with_back_off(self, back_off: float) -> "Programme":
         """With another relative distance kept from every limit."""
