@@ -16,9 +16,11 @@ from workbench.control import Gains
 from workbench.control.law import CHANNELS, MODAL
 from workbench.control.loop import Subject, subject
 from workbench.control.loop.closed import interconnect
-from workbench.lti import Plant
 from workbench.lti.disk import DiskMargin, disk_margin
+from workbench.lti.front import matrices, mixed
+from workbench.lti.join import beside
 from workbench.lti.margin import ChannelMargin, channel_margin
+from workbench.lti.realisation import Realisation
 from workbench.result import Result, Row, figure, plain
 
 
@@ -127,17 +129,11 @@ def full_analysis(setting: Setting, gains: Gains, name: str = "") -> FullAnalysi
 
 def _at_commands(setting: Setting, gains: Gains):
     """(A, B, C, D) of the sensitivity at all current commands, assembled from the groups."""
-    from scipy.linalg import block_diag
-
     parts = [(s, s.sensitivity(s.close(gains))) for s in _with_unused(setting)]
-    A = block_diag(*(p[0] for _, p in parts))
-    B = np.vstack([p[1] @ s.patterns.T for s, p in parts])
-    C = np.hstack([s.patterns @ p[2] for s, p in parts])
-    rest = np.eye(len(setting.law.commands)) - sum(
-        s.patterns @ s.patterns.T for s, _ in parts
-    )  # patterns nobody commands
-    D = sum((s.patterns @ p[3] @ s.patterns.T for s, p in parts), rest)
-    return A, B, C, D
+    A, B, C, D = beside(*(Realisation(*p) for _, p in parts))
+    spread = np.column_stack([s.patterns for s, _ in parts])
+    rest = np.eye(len(spread)) - spread @ spread.T  # patterns nobody commands
+    return A, B @ spread.T, spread @ C, spread @ D @ spread.T + rest
 
 
 def _with_unused(setting: Setting) -> tuple[Subject, ...]:
@@ -149,28 +145,18 @@ def _with_unused(setting: Setting) -> tuple[Subject, ...]:
 
 def _at_modal_signals(setting: Setting, gains: Gains):
     """(A, B, C, D) of the sensitivity at the scaled modal signals of the groups looked at, and their names."""
-    from scipy.linalg import block_diag
-
     law = setting.law
     resolve, spread = law.modal_matrix(gains), law.modal_spread()
     systems, names = [], []
     for s in setting.subjects:
         own = [k for k, name in enumerate(MODAL) if CHANNELS.index(name) in s.channels]
         labels = [MODAL[k] for k in own]
-        plant = s.plant
-        u = plant.index("inputs", s.commands)
-        others = [i for i in range(len(plant.inputs)) if i not in set(u)]
-        into = s.patterns.T @ spread[:, own]
-        through = Plant(
-            A=plant.A, B=np.hstack([plant.B[:, u] @ into, plant.B[:, others]]), C=plant.C,
-            D=np.hstack([plant.D[:, u] @ into, plant.D[:, others]]),
-            states=plant.states, inputs=(*labels, *(plant.inputs[i] for i in others)), outputs=plant.outputs,
-        )  # fmt: skip
+        through = mixed(s.plant, s.commands, labels, s.patterns.T @ spread[:, own])
         controller = s.controller(gains, resolve[own])
         closed = interconnect(
             through, controller, labels, law.sensors, [f"filter {k}" for k in range(len(controller[0]))]
         )
         seen = closed.select(inputs=[f"error_{n}" for n in labels], outputs=labels)
-        systems.append((seen.A, seen.B, seen.C, seen.D))
+        systems.append(matrices(seen))
         names += labels
-    return tuple(block_diag(*(system[k] for system in systems)) for k in range(4)), names
+    return beside(*systems), names

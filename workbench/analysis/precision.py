@@ -12,6 +12,8 @@ from workbench.analysis.sampled import closed_map, moving, sampled_peak
 from workbench.control.discrete import DiscreteLaw
 from workbench.errors import InputError
 from workbench.lti import Plant
+from workbench.lti.join import difference, series
+from workbench.lti.realisation import Realisation
 from workbench.result import Result, Row
 
 COEFFICIENTS = ("measurement", "resolution", "advance", "direct", "memory")
@@ -54,24 +56,16 @@ def single_precision(
         If the loop is unstable in double precision already.
     """
     rounded = replace(law, **{name: _rounded(getattr(law, name)) for name in COEFFICIENTS})
-    A, B, C, _ = closed_map(plant, law, commands, sensors, computing_delay)
+    A, B, C, D = closed_map(plant, law, commands, sensors, computing_delay)
     if np.abs(np.linalg.eigvals(A)).max() >= 1:
         raise InputError(
             "the sampled loop must be stable before its rounding is asked for; it is unstable at "
             f"{1e3 * law.sample_time:g} ms with {1e3 * computing_delay:g} ms of computing. Sample faster."
         )
-    (a, b, c, d), (a32, b32, c32, d32) = moving(law), moving(rounded)
-    zero = np.zeros_like(a)
-    Ad, Bd = np.block([[a, zero], [zero, a32]]), np.vstack([b, b32])
-    Cd, Dd = np.hstack([-c, c32]), d32 - d
-    series = (
-        np.block([[A, np.zeros((len(A), len(Ad)))], [Bd @ C, Ad]]),
-        np.vstack([B, np.zeros((len(Ad), B.shape[1]))]),
-        np.hstack([Dd @ C, Cd]),
-        np.zeros((len(Dd), B.shape[1])),
-    )
+    change = difference(Realisation(*moving(rounded)), Realisation(*moving(law)))
+    effect_of = series(change, Realisation(A, B, C, D))
     # the gain attained: the two laws cancel to eight digits, which leaves the bracket's upper end a hundred times wider
-    effect = sampled_peak(*series, law.sample_time).value
+    effect = sampled_peak(*effect_of, law.sample_time).value
     slow = law.advance[law.advance > 0]
     return SinglePrecision(
         coefficient_error=max(_error(getattr(law, n), getattr(rounded, n)) for n in COEFFICIENTS),

@@ -15,6 +15,7 @@ from workbench.errors import InputError
 from workbench.lti import Plant
 from workbench.lti.bilinear import in_w_plane, unwarped
 from workbench.lti.hold import LARGEST, held
+from workbench.lti.join import beside, wired
 from workbench.lti.model import Model
 from workbench.lti.norm import Peak, peak_gain
 from workbench.lti.realisation import Realisation
@@ -82,7 +83,8 @@ def sampled_loop(
             f"got {1e3 * computing_delay:g} ms. Sample more slowly, or compute faster."
         )
     seen = plant.select(inputs=commands, outputs=sensors)
-    closed = _closed(_sampled(seen, T, computing_delay), moving(law))
+    A, B, C, D = _closed(_sampled(seen, T, computing_delay), moving(law))
+    closed = Realisation(A, B, C[len(sensors) :], D[len(sensors) :])
     for matrix in closed:
         _check_range(matrix)
     poles = np.linalg.eigvals(closed[0])
@@ -112,9 +114,8 @@ def moving(law: DiscreteLaw) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.nda
 def closed_map(plant: Plant, law: DiscreteLaw, commands, sensors, computing_delay: float = 0.0):
     """(A, B, C, D) from sample to sample of the closed loop, from command errors to the sensors the law reads."""
     A, B, C = _sampled(plant.select(inputs=commands, outputs=sensors), law.sample_time, computing_delay)
-    closed_A, closed_B, *_ = _closed((A, B, C), moving(law))
-    seen = np.hstack([C, np.zeros((len(C), len(closed_A) - len(A)))])
-    return closed_A, closed_B, seen, np.zeros((len(C), B.shape[1]))
+    A, B, C, D = _closed((A, B, C), moving(law))
+    return A, B, C[: len(sensors)], D[: len(sensors)]
 
 
 def sampled_peak(A, B, C, D, sample_time: float) -> Peak:
@@ -145,16 +146,14 @@ def _check_range(matrix: np.ndarray) -> None:
         )
 
 
-def _closed(plant, law):
-    """(A, B, C, D) of the loop from command errors to commands."""
+def _closed(plant, law) -> Realisation:
+    """The loop from command errors to sensors and commands. States: the plant's, then the law's."""
     A, B, C = plant
-    a, b, c, d = law
-    return (
-        np.block([[A + B @ d @ C, B @ c], [b @ C, a]]),
-        np.vstack([B, np.zeros((len(a), B.shape[1]))]),
-        np.hstack([d @ C, c]),
-        np.eye(B.shape[1]),
-    )
+    p, m = len(C), B.shape[1]
+    whole = beside(Realisation(A, B, C, np.zeros((p, m))), Realisation(*law))
+    back, into = np.zeros((m + p, p + m)), np.eye(m + p, m)
+    back[:m, p:], back[m:, :p] = np.eye(m), np.eye(p)
+    return wired(whole, back, into, np.eye(p + m), np.eye(p + m, m, -p))
 
 
 def _reserve(plant: Plant, law: DiscreteLaw, delay: float) -> float:

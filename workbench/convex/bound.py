@@ -31,6 +31,7 @@ from workbench.control.loop import Subject
 from workbench.convex.preview import Cost, Measured, PreviewRegulator
 from workbench.errors import InputError
 from workbench.lti import Plant
+from workbench.lti.front import integrated
 from workbench.lti.realisation import state_scale
 from workbench.lti.signals import current_of, numbered
 from workbench.lti.variance import stationary
@@ -240,16 +241,7 @@ def _with_current_states(subject: Subject) -> Plant:
     plant = subject.plant
     if _current_states(subject):
         return plant
-    u = plant.index("inputs", subject.commands)
-    k = len(u)
-    return Plant(
-        A=np.block([[plant.A, plant.B[:, u]], [np.zeros((k, len(plant.A) + k))]]),
-        B=np.vstack([plant.B * [i not in u for i in range(len(plant.inputs))], np.eye(len(plant.inputs))[u]]),
-        C=np.hstack([plant.C, plant.D[:, u]]),
-        D=plant.D * [i not in u for i in range(len(plant.inputs))],
-        states=plant.states + tuple(map(current_of, subject.commands)),
-        inputs=plant.inputs, outputs=plant.outputs,
-    )  # fmt: skip
+    return integrated(plant, subject.commands, tuple(map(current_of, subject.commands)))
 
 
 def _filter_states(setting: Setting, system: Driven) -> int:

@@ -1,7 +1,7 @@
 """Matrices of state-space systems joined: the only place where A, B, C, D of several are put into one.
 
     systems --beside--> one system, nothing joined --wired--> outputs led back to inputs, some signals in, some out
-    series, difference, delayed by a lag: cases of it
+    series, difference: cases of it without a loop
 
 A row of A may also be that of a delay line (`lti.delay`): joining does not ask what a row's symbol is, so dead times go
 through exactly. Names of signals belong to `lti.connect`.
@@ -52,16 +52,13 @@ def wired(
         If what passes `back` at once has no solution to the digits of D.
     """
     A, B, C, D = system
-    if not (D @ back).any():
-        seen, direct, driven = C, D @ into, B @ into
-        A = A + B @ back @ C if back.any() else A
-        driven = driven + B @ back @ direct
-        return Realisation(A, driven, out @ seen, out @ direct + past)
-    E, sound = closing(D, back)
-    if not sound:
-        raise IllPosedError(circle)
-    seen, direct = E @ C, E @ D @ into
-    return Realisation(A + B @ back @ seen, B @ (into + back @ direct), out @ seen, out @ direct + past)
+    state, loop = back @ C, back @ D  # u = state x + loop u + into w
+    if loop.any():
+        E, sound = closing(back, D)
+        if not sound:
+            raise IllPosedError(circle)
+        state, into = E @ state, E @ into
+    return Realisation(A + B @ state, B @ into, out @ (C + D @ state), out @ D @ into + past)
 
 
 def series(second: Realisation, first: Realisation) -> Realisation:

@@ -15,7 +15,14 @@ import numpy as np
 from workbench.control.gains import Gains
 from workbench.control.law import ModalLaw
 from workbench.lti import Plant
-from workbench.lti.algebraic import IllPosedError, closing
+from workbench.lti.front import matrices
+from workbench.lti.join import beside, wired
+from workbench.lti.realisation import Realisation
+
+CIRCLE = (
+    "the direct acceleration gain closes an algebraic loop without solution (I + direct gain is singular); "
+    "add the current-loop lag or change K_zddot, K_yddot."
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -53,33 +60,19 @@ def interconnect(
     plant: Plant, controller, commands: Sequence[str], sensors: Sequence[str], states: Sequence[str]
 ) -> Plant:
     """A plant under a controller (A, B, C, D) from its sensors to its commands, with error inputs at both."""
-    Ac, Bc, Cc, Dc = controller
     open_loop = tuple(name for name in plant.inputs if name not in commands)
+    nu, ny, m, p = len(commands), len(sensors), len(plant.inputs), len(plant.outputs)
     u, w = plant.index("inputs", commands), plant.index("inputs", open_loop)
-    y = plant.index("outputs", sensors)
-    Bu, Bw, Cy = plant.B[:, u], plant.B[:, w], plant.C[y]
-    Dyu, Dyw = plant.D[np.ix_(y, u)], plant.D[np.ix_(y, w)]
-    E, sound = closing(Dc, Dyu)
-    if not sound:
-        raise IllPosedError(
-            "the direct acceleration gain closes an algebraic loop without solution (I + direct gain is singular); "
-            "add the current-loop lag or change K_zddot, K_yddot."
-        )
-    # commands: u = E (Cc xc + Dc (Cy x + Dyw w + sensor error) + command error)
-    n, nc, nu, ny = len(plant.A), len(Ac), len(u), len(y)
-    U_state = np.hstack([E @ Dc @ Cy, E @ Cc])
-    U_input = np.hstack([E @ Dc @ Dyw, E @ Dc, E])
-    Y_state = np.hstack([Cy, np.zeros((ny, nc))]) + Dyu @ U_state
-    Y_input = np.hstack([Dyw, np.eye(ny), np.zeros((ny, nu))]) + Dyu @ U_input
-    top = np.hstack([plant.A, np.zeros((n, nc))]) + Bu @ U_state
-    bottom = Bc @ Y_state + np.hstack([np.zeros((nc, n)), Ac])
-    B_top = np.hstack([Bw, np.zeros((n, ny + nu))]) + Bu @ U_input
-    C_all = np.hstack([plant.C, np.zeros((len(plant.C), nc))]) + plant.D[:, u] @ U_state
-    D_all = np.hstack([plant.D[:, w], np.zeros((len(plant.C), ny + nu))]) + plant.D[:, u] @ U_input
+    back, into = np.zeros((m + ny, p + nu)), np.zeros((m + ny, len(w) + ny + nu))
+    back[u, range(p, p + nu)] = 1.0
+    back[range(m, m + ny), plant.index("outputs", sensors)] = 1.0
+    into[[*w, *range(m, m + ny), *u], range(into.shape[1])] = 1.0
+    past = np.zeros((p + nu, into.shape[1]))
+    past[p:, -nu:] = np.eye(nu)
+    whole = beside(matrices(plant), Realisation(*controller))
+    A, B, C, D = wired(whole, back, into, np.eye(p + nu), past, CIRCLE)
     return Plant(
-        A=np.vstack([top, bottom]), B=np.vstack([B_top, Bc @ Y_input]),
-        C=np.vstack([C_all, U_state]), D=np.vstack([D_all, U_input]),
-        states=plant.states + tuple(states),
+        A=A, B=B, C=C, D=D, states=plant.states + tuple(states),
         inputs=open_loop + tuple(f"error_{name}" for name in (*sensors, *commands)),
         outputs=plant.outputs + tuple(commands),
     )  # fmt: skip

@@ -18,6 +18,7 @@ from workbench.control.loop.closed import interconnect
 from workbench.control.loop.group import GROUPS, commanded
 from workbench.errors import InputError, unknown_name
 from workbench.lti import Plant
+from workbench.lti.front import mixed
 from workbench.lti.signals import ANTISYMMETRIC, COORDINATES, SYMMETRIC, current_of, motion
 
 SUBJECTS = (*GROUPS, "heave", "all")
@@ -202,24 +203,19 @@ def current_coupling(plant: Plant, law: ModalLaw, *, unused: bool = False) -> li
 
 def _along(plant: Plant, law: ModalLaw, patterns: np.ndarray) -> Plant:
     """The plant with commands, and the currents' states if it has them, along patterns only."""
-    u = plant.index("inputs", law.commands)
     names = tuple(f"pattern_{k + 1}" for k in range(patterns.shape[1]))
-    others = [i for i in range(len(plant.inputs)) if i not in set(u)]
     currents = set(law.currents) & set(plant.states)
-    keep = [i for i, s in enumerate(plant.states) if s not in currents]
-    into = np.eye(len(plant.states))[:, keep]
-    states = tuple(plant.states[i] for i in keep)
+    into = np.eye(len(plant.states))[:, [i for i, s in enumerate(plant.states) if s not in currents]]
+    states = tuple(s for s in plant.states if s not in currents)
     if currents:
         spread = np.zeros((len(plant.states), patterns.shape[1]))
         spread[plant.index("states", law.currents)] = patterns
-        into, states = np.hstack([into, spread]), states + tuple(map(current_of, names))
+        into, states = np.column_stack([into, spread]), states + tuple(map(current_of, names))
+    alone = mixed(plant, law.commands, names, patterns)
     back = into.T  # the columns are orthonormal
     return Plant(
-        A=back @ plant.A @ into,
-        B=back @ np.hstack([plant.B[:, u] @ patterns, plant.B[:, others]]),
-        C=plant.C @ into,
-        D=np.hstack([plant.D[:, u] @ patterns, plant.D[:, others]]),
-        states=states, inputs=names + tuple(plant.inputs[i] for i in others), outputs=plant.outputs,
+        A=back @ alone.A @ into, B=back @ alone.B, C=alone.C @ into, D=alone.D,
+        states=states, inputs=alone.inputs, outputs=plant.outputs,
     )  # fmt: skip
 
 

@@ -14,6 +14,8 @@ import numpy as np
 
 from workbench.errors import InputError
 from workbench.lti import Plant
+from workbench.lti.front import lagged, matrices
+from workbench.lti.join import wired
 from workbench.lti.signals import COORDINATES, set_signals
 from workbench.physics.motor.hybrid import HybridForces, HybridMotor
 from workbench.result import Result, Row
@@ -113,30 +115,17 @@ def with_motor(plant: Plant, drive: MotorDrive) -> Plant:
     """
     n = len(plant.states)
     commands, currents = tuple(f"command_{d}" for d in DRIVEN), tuple(f"current_{d}" for d in DRIVEN)
-    lagged = not set(plant.states).isdisjoint(set_signals(n))
-    if lagged != (drive.current_lag > 0):
+    coils_lag = not set(plant.states).isdisjoint(set_signals(n))
+    if coils_lag != (drive.current_lag > 0):
         raise InputError(
             "either both or neither of motor and control coils must have a current lag; got "
-            f"{drive.current_lag:g} s for the motor and {'one' if lagged else 'none'} for the coils. "
+            f"{drive.current_lag:g} s for the motor and {'one' if coils_lag else 'none'} for the coils. "
             "Set both current lags."
         )
-    q, loads = plant.index("states", COORDINATES), plant.index("inputs", LOADS)
-    spring = np.zeros((len(LOADS), n))
-    spring[:, q] = drive.stiffness
-    A, C = plant.A + plant.B[:, loads] @ spring, plant.C + plant.D[:, loads] @ spring
-    push, felt = plant.B[:, loads] @ drive.input_matrix, plant.D[:, loads] @ drive.input_matrix
     m, p, k = len(plant.inputs), len(plant.outputs), len(DRIVEN)
-    if not lagged:
-        B = np.hstack([push, plant.B])
-        D = np.block([[felt, plant.D], [np.eye(k), np.zeros((k, m))]])
-        C, states = np.vstack([C, np.zeros((k, n))]), plant.states
-    else:
-        T = drive.current_lag
-        A = np.block([[A, push], [np.zeros((k, n)), -np.eye(k) / T]])
-        B = np.block([[np.zeros((n, k)), plant.B], [np.eye(k) / T, np.zeros((k, m))]])
-        C = np.block([[C, felt], [np.zeros((k, n)), np.eye(k)]])
-        D = np.vstack([np.hstack([np.zeros((p, k)), plant.D]), np.zeros((k, k + m))])
-        states = plant.states + currents
-    return Plant(
-        A=A, B=B, C=C, D=D, states=states, inputs=commands + plant.inputs, outputs=plant.outputs + currents,
-    )  # fmt: skip
+    loads = np.eye(m)[:, plant.index("inputs", LOADS)]
+    spring = loads @ drive.stiffness @ np.eye(p)[plant.index("outputs", COORDINATES)]
+    into = np.column_stack([loads @ drive.input_matrix, np.eye(m)])
+    A, B, C, D = wired(matrices(plant), spring, into, np.eye(p), np.zeros((p, k + m)))
+    driven = Plant(A=A, B=B, C=C, D=D, states=plant.states, inputs=currents + plant.inputs, outputs=plant.outputs)
+    return lagged(driven, currents, commands, drive.current_lag)

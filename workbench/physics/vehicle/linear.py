@@ -9,6 +9,7 @@ import casadi as ca
 import numpy as np
 
 from workbench.lti import Plant
+from workbench.lti.front import lagged
 from workbench.lti.signals import COORDINATES
 from workbench.physics.vehicle.body import held_by_moment, inertia, tangent_at
 from workbench.physics.vehicle.equations import equations
@@ -118,19 +119,5 @@ def _plant(vehicle: Vehicle, A, B, C, D) -> Plant:
         *(f"{kind}_{i}" for kind in per_set for i in sets),
     )
     currents = tuple(f"current_{i}" for i in sets)
-    commands = tuple(f"command_{i}" for i in sets)
-    if lag == 0:
-        through = np.hstack([np.eye(n), np.zeros((n, B.shape[1] - n))])
-        return Plant(
-            A=A, B=B, C=np.vstack([C, np.zeros((n, len(A)))]), D=np.vstack([D, through]),
-            states=states, inputs=commands + exogenous, outputs=outputs + currents,
-        )  # fmt: skip
-    size = len(A)
-    A_lag = np.block([[A, B[:, :n]], [np.zeros((n, size)), -np.eye(n) / lag]])
-    B_lag = np.block([[np.zeros((size, n)), B[:, n:]], [np.eye(n) / lag, np.zeros((n, B.shape[1] - n))]])
-    C_lag = np.block([[C, D[:, :n]], [np.zeros((n, size)), np.eye(n)]])
-    D_lag = np.vstack([np.hstack([np.zeros((len(C), n)), D[:, n:]]), np.zeros((n, B.shape[1]))])
-    return Plant(
-        A=A_lag, B=B_lag, C=C_lag, D=D_lag,
-        states=states + currents, inputs=commands + exogenous, outputs=outputs + currents,
-    )  # fmt: skip
+    plant = Plant(A=A, B=B, C=C, D=D, states=states, inputs=currents + exogenous, outputs=outputs)
+    return lagged(plant, currents, tuple(f"command_{i}" for i in sets), lag)
