@@ -2,6 +2,7 @@
 
 from workbench.goals.gain import Gain, Tracking, WeightedGain
 from workbench.goals.goal import Bound, Goal, Value
+from workbench.goals.integrated_error import IntegratedError
 from workbench.goals.loop_shape import LoopShape, MaxLoopGain, MinLoopGain, Rejection, Sensitivity
 from workbench.goals.margin import DelayMargin, Margins
 from workbench.goals.poles import ControllerPoles, Poles
@@ -12,8 +13,8 @@ from workbench.goals.tracking import StepTracking, Transient
 from workbench.goals.variance import Variance, WeightedVariance
 
 __all__ = [
-    "Bound", "ConicSector", "ControllerPoles", "DelayMargin", "Gain", "Goal", "LoopShape", "Margins", "MaxLoopGain",
-    "MinLoopGain", "Overshoot", "Passivity", "Poles", "Rejection", "RmsLimit", "Sensitivity", "Spectrum",
-    "StepRejection", "StepTracking", "Tracking", "Transient", "Value", "Variance", "WeightedGain", "WeightedPassivity",
-    "WeightedVariance",
+    "Bound", "ConicSector", "ControllerPoles", "DelayMargin", "Gain", "Goal", "IntegratedError", "LoopShape",
+    "Margins", "MaxLoopGain", "MinLoopGain", "Overshoot", "Passivity", "Poles", "Rejection", "RmsLimit", "Sensitivity",
+    "Spectrum", "StepRejection", "StepTracking", "Tracking", "Transient", "Value", "Variance", "WeightedGain",
+    "WeightedPassivity", "WeightedVariance",
 ]  # fmt: skip

@@ -135,6 +135,10 @@ class Channel:
         closed = self._closed(K, exact=True)
         return Realisation(closed.A, closed.B, closed.C, closed.D)
 
+    def lined_pullback(self, K: Controller, GA, GB, GC, GD) -> Controller:
+        """Gradient with respect to K of a scalar with gradients GA … GD by the matrices of `lined_system(K)`."""
+        return pulled_back(self._closed(K, exact=True), K, GA, GB, GC, GD)
+
     def _closed(self, K: Controller, *, exact: bool) -> Closed:
         """The closed system, kept until another controller comes."""
         exact = exact and self.exact is not self.rational
