@@ -15,7 +15,11 @@ def export(
         Path | None, typer.Option(help="File, or folder for a file named after the table; standard output if left out.")
     ] = None,
     sample_time_ms: Annotated[
-        float | None, typer.Option(help="Sample time of the controller, for mat and c; the table's if left out.")
+        float | None,
+        typer.Option(
+            help="Sample time of the controller, for mat and c; the table's if left out, and where it has none the "
+            "longest that keeps its promises."
+        ),
     ] = None,
     computing_delay_ms: Annotated[
         float, typer.Option(help="From sampling the sensors to the new commands, in the check of mat and c.")
@@ -23,20 +27,23 @@ def export(
     accept: Annotated[
         bool, typer.Option("--accept", help="Export even if the sampled loop breaks a promise of the table.")
     ] = False,
+    prefix: Annotated[
+        str | None, typer.Option(help="In place of 'wb' in every name of the C header, for two in one program.")
+    ] = None,
     json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
 ) -> None:
     """Writes the gains of a table as CSV, JSON, a MATLAB file or a C header with the discrete filters.
 
-    For mat and c the sampled loop with the table's vehicle is checked first, and each promise is printed beside its
-    sampled value. An unstable loop is not exported; one that breaks a promise only with --accept.
+    For mat and c the sampled loop with the table's vehicle or models is checked first, and each promise is printed
+    beside its sampled value. An unstable loop is not exported; one that breaks a promise only with --accept.
     """
     import sys
     from base64 import b64encode
 
     from workbench.commands.output import emit_json, emit_table, say
     from workbench.errors import InputError
-    from workbench.handover.code.digital import digital_check, with_sample_time
-    from workbench.handover.code.formats import DIGITAL, render, suffix
+    from workbench.handover.code.c_header import check_prefix
+    from workbench.handover.code.formats import DIGITAL, check_of, render, suffix
     from workbench.handover.table.table import read_table
     from workbench.machine.writing import check_file, write_bytes
 
@@ -54,16 +61,22 @@ def export(
     unused = next((name for name, there in given.items() if there), None)
     if unused is not None and not digital:
         raise InputError(f"--{unused} is for the formats mat and c; got {format!r}. Leave it out.")
-    if sample_time_ms is not None:
-        loaded = with_sample_time(loaded, 1e-3 * sample_time_ms)
-    check = digital_check(loaded, 1e-3 * computing_delay_ms) if digital else None
+    if prefix is not None and format != "c":
+        raise InputError(f"--prefix is for the format c; got {format!r}. Leave it out.")
+    sample_time = None if sample_time_ms is None else 1e-3 * sample_time_ms
+    prefix, delay = "wb" if prefix is None else check_prefix(prefix), 1e-3 * computing_delay_ms
+    check = None
+    if digital:
+        check = check_of(loaded, sample_time=sample_time, computing_delay=delay, accept=accept)
     if check is not None and not json:
         rows = [
             (f"{p.name} {p.sense} {p.limit:g}", f"{p.value:.6g}", "kept" if p.kept else "not kept")
             for p in check.promises
         ]
         emit_table("Promises in the sampled loop", ("promise", "sampled", ""), rows, stderr=True)
-    content = render(loaded, format, computing_delay=1e-3 * computing_delay_ms, accept=accept, check=check)
+    content = render(
+        loaded, format, sample_time=sample_time, computing_delay=delay, accept=accept, prefix=prefix, check=check
+    )
     if path is not None:
         write_bytes(path, content)
     if json:

@@ -23,8 +23,12 @@ LARGEST = 1e150  # its square is a double
 SAME_TIME = 1e-12  # relative: of a delay that is a whole number of samples but for rounding
 INSIDE = (
     "dead times must stand at inputs or outputs for the sampled loop to be exact; the one into {sink!r} of model "
-    "{model!r} stands between states. Approximate it in the model, or leave the sampled loop unchecked."
+    "{model!r} stands between states. Put a Padé fraction into the model, or accept a controller that is not checked."
 )
+
+
+class InsideError(InputError):
+    """A dead time between states: no finite number of samples holds what is on its way."""
 
 
 def held(model: Model, sample_time: float, computing_delay: float | Mapping[str, float] = 0.0) -> Model:
@@ -47,8 +51,8 @@ def held(model: Model, sample_time: float, computing_delay: float | Mapping[str,
     Raises
     ------
     InputError
-        If a dead time stands between states, a delay is too long or negative, or a sampled model has another sample
-        time or would be delayed by a part of a sample.
+        If a dead time stands between states (an InsideError), a delay is too long or negative, or a sampled model has
+        another sample time or would be delayed by a part of a sample.
     """
     if not 0 < sample_time < float("inf"):
         raise InputError(f"the sample time must be positive and finite [s]; got {sample_time!r}. Give 0.001 for 1 kHz.")
@@ -131,7 +135,7 @@ class _Sampling:
         for position in np.flatnonzero(np.abs(plant.B).max(axis=0, initial=0.0)):
             signal = self._entering(int(position), ())
             if signal.rows:
-                raise InputError(INSIDE.format(sink=self.line[int(position)].sink, model=model.name))
+                raise InsideError(INSIDE.format(sink=self.line[int(position)].sink, model=model.name))
             for key, g in signal.pulses.items():
                 self.forces[key] = self.forces.get(key, 0.0) + g * plant.B[:, position]
 
@@ -142,7 +146,7 @@ class _Sampling:
             return _Signal({}, {(j, self.delay[j]): 1.0})
         line = self.line[position]
         if position in above:
-            raise InputError(INSIDE.format(sink=line.sink, model=self.given.name))
+            raise InsideError(INSIDE.format(sink=line.sink, model=self.given.name))
         if position not in self._known:
             source = self.given.plant.index("outputs", [line.source])[0]
             self._known[position] = self._row(source, (*above, position)).later(line.dead_time)

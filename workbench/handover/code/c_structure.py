@@ -35,8 +35,8 @@ def structure_header(
     template = with_prefix(_TEMPLATE, prefix)
     step = _STEP if n else _STATIC
     return template.format(
-        title=comment(title), problem=comment(problem), created=created, version=comment(version), digest=digest,
-        data=data_sha256, state_count=n, inputs=ny, outputs=nu, states=max(n, 1),
+        title=comment(title or problem), problem=comment(problem), created=created, version=comment(version),
+        digest=digest, data=data_sha256, state_count=n, inputs=ny, outputs=nu, states=max(n, 1),
         parameters="\n".join(listed or [" *   none"]),
         check=checked_lines(check, ""), sample=with_prefix(real(program.sample_time), prefix),
         input_names=_names(program.inputs, "INPUT", prefix), output_names=_names(program.outputs, "OUTPUT", prefix),

@@ -49,11 +49,13 @@ class DigitalCheck(Result):
     groups : group of motion, or model of another plant, to its loop and its figures in single precision
     promises : each promise of the nominal plant that has a sampled counterpart, beside it
     what : the word for the groups
+    chosen : whether the sample time was chosen for want of a given one
     """
 
     groups: dict[str, tuple[SampledLoop, SinglePrecision]]
     promises: tuple[SampledPromise, ...] = ()
     what: str = "motions"
+    chosen: bool = False
 
     @property
     def broken(self) -> tuple[SampledPromise, ...]:
@@ -80,7 +82,7 @@ class DigitalCheck(Result):
         w = self.worst()
         return [
             (self.what, ", ".join(g.replace("_", "/") if self.what == "motions" else g for g in self.groups), ""),
-            ("sample time", 1e3 * w["sample_time"], "ms"),
+            ("sample time, chosen for want of one" if self.chosen else "sample time", 1e3 * w["sample_time"], "ms"),
             ("computing delay", 1e3 * w["computing_delay"], "ms"),
             ("smallest damping ratio", w["damping"], ""),
             ("slowest decay", w["decay"], "1/s"),
@@ -142,28 +144,15 @@ def digital_check(table: GainTable, computing_delay: float = 0.0) -> DigitalChec
     return replace(check, promises=tuple(_promised(table, check)))
 
 
-def exportable(
-    table: GainTable, computing_delay: float = 0.0, *, accept: bool = False, check: DigitalCheck | None = None
-) -> DigitalCheck | None:
-    """The check, refused where the sampled loop breaks a promise of the table, unless that is accepted.
-
-    check : of this table at this delay, where it is at hand already
-
-    Raises
-    ------
-    InfeasibleError
-        If a sampled loop is unstable, or keeps a promise no longer and `accept` is not set; names every such promise.
-    InputError
-        As `digital_check`.
-    """
-    check = digital_check(table, computing_delay) if check is None else check
-    if check is not None and check.broken and not accept:
+def refuse_broken(check: DigitalCheck, *, accept: bool) -> None:
+    """Raises InfeasibleError, naming them, where the sampled loop breaks promises and that is not accepted."""
+    if check.broken and not accept:
+        w = check.worst()
         raise InfeasibleError(
-            f"the sampled loop must keep what the table promises; at {1e3 * check.worst()['sample_time']:g} ms with "
-            f"{1e3 * computing_delay:g} ms of computing it does not: {'; '.join(map(str, check.broken))}. "
+            f"the sampled loop must keep what the table promises; at {1e3 * w['sample_time']:g} ms with "
+            f"{1e3 * w['computing_delay']:g} ms of computing it does not: {'; '.join(map(str, check.broken))}. "
             "Sample or compute faster, design with a reserve, or accept it (--accept)."
         )
-    return check
 
 
 def _promised(table: GainTable, check: DigitalCheck):

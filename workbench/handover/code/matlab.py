@@ -41,7 +41,7 @@ def mat_variables(table: GainTable, check: DigitalCheck | None = None) -> dict[s
     variables: dict[str, dict[str, Any]] = {
         "gains": dict(gains.as_dict()),
         "filters": {
-            "names": _cells(sampled.channels), "numerator": numerator, "denominator": denominator,
+            "names": cells(sampled.channels), "numerator": numerator, "denominator": denominator,
             "advance": sampled.advance, "direct": sampled.direct, "memory": sampled.memory,
         },
         "discrete": discrete,
@@ -49,7 +49,7 @@ def mat_variables(table: GainTable, check: DigitalCheck | None = None) -> dict[s
         "law": {
             "measurement": sampled.measurement, "resolution": sampled.resolution,
             "positions": np.array(law.positions), "depth": law.depth,
-            "sensors": _cells(law.sensors), "commands": _cells(law.commands),
+            "sensors": cells(law.sensors), "commands": cells(law.commands),
         },
         "provenance": {
             "problem": table.problem, "title": table.title, "created": table.created, "digest": table.digest,
@@ -58,27 +58,30 @@ def mat_variables(table: GainTable, check: DigitalCheck | None = None) -> dict[s
     }  # fmt: skip
     plant = table.to_plant()
     if plant is not None:
-        names = {kind: _cells(getattr(plant, kind)) for kind in ("states", "inputs", "outputs")}
+        names = {kind: cells(getattr(plant, kind)) for kind in ("states", "inputs", "outputs")}
         variables["plant"] = {k: getattr(plant, k) for k in "ABCD"} | names
     schedule = table.to_schedule()
     if schedule is not None:
         variables["schedule"] = {
-            "names": _cells(schedule.coefficients), "coefficients": np.array([*schedule.coefficients.values()]),
+            "names": cells(schedule.coefficients), "coefficients": np.array([*schedule.coefficients.values()]),
             "centre": schedule.centre, "scale": schedule.scale, "range": np.array(schedule.range),
             "at": np.nan if (at := schedule.speed_of(gains)) is None else at,
         }  # fmt: skip
     if check is not None:
-        promises = {
-            "name": _cells(p.name for p in check.promises), "sense": _cells(p.sense for p in check.promises),
-            "limit": np.array([p.limit for p in check.promises]), "value": np.array([p.value for p in check.promises]),
-        }  # fmt: skip
-        variables["check"] = {
-            **check.worst(), "poles": check.poles(), "groups": _cells(check.groups), "promises": promises
-        }  # fmt: skip
+        variables["check"] = check_variables(check)
     return variables
 
 
-def _cells(names) -> np.ndarray:
+def check_variables(check: DigitalCheck) -> dict[str, Any]:
+    """The struct of a check of the sampled loop."""
+    promises = {
+        "name": cells(p.name for p in check.promises), "sense": cells(p.sense for p in check.promises),
+        "limit": np.array([p.limit for p in check.promises]), "value": np.array([p.value for p in check.promises]),
+    }  # fmt: skip
+    return {**check.worst(), "poles": check.poles(), "groups": cells(check.groups), "promises": promises}
+
+
+def cells(names) -> np.ndarray:
     """A column of a MATLAB cell array of text."""
     texts = [str(name) for name in names]
     cells = np.empty((len(texts), 1), dtype=object)

@@ -27,6 +27,7 @@ from workbench.lti.delay import LinedSystem
 from workbench.lti.disk import disk_margin
 from workbench.lti.hold import held
 from workbench.lti.model import Model
+from workbench.machine.threads import one_thread
 
 GRID = 200  # angles of the unit circle each way, beside those of the poles
 
@@ -45,12 +46,18 @@ def plant_check(
         If no sample time is known, the delay is negative or too long, or a dead time stands between states.
     """
     run = program(structure, models, sample_time)
-    T = run.sample_time
-    if not 0 <= computing_delay <= MOST_DELAY * T:
+    if not 0 <= computing_delay <= MOST_DELAY * run.sample_time:
+        longest = 1e3 * MOST_DELAY * run.sample_time
         raise InputError(
-            f"the computing delay must lie between 0 and {MOST_DELAY} samples, {1e3 * MOST_DELAY * T:g} ms; "
+            f"the computing delay must lie between 0 and {MOST_DELAY} samples, {longest:g} ms; "
             f"got {1e3 * computing_delay:g} ms. Sample more slowly, or compute faster."
         )
+    with one_thread():  # small matrices: more threads only wait for each other
+        return _checked(models, structure, promises, run, computing_delay)
+
+
+def _checked(models, structure: Structure, promises, run: Program, computing_delay: float) -> DigitalCheck:
+    T = run.sample_time
     sampled = structure if structure.sample_time is not None else structure.sampled(T)
     loops = {model.name: Loop(held(model, T, computing_delay), sampled) for model in models}
     K, found = sampled.controller(), {}

@@ -72,14 +72,14 @@ def program(structure: Structure, models: Sequence[Model], sample_time: float | 
     structure : Structure
         Continuous, or sampled already.
     models : the models it controls: their inputs are what it commands, the signals it makes for itself stay inside
-    sample_time : [s]; may be left out where the structure is sampled, and must not differ then
+    sample_time : [s]; may be left out where structure or models are sampled, and must not differ then
 
     Raises
     ------
     InputError
         If no sample time is known or another one than the structure's is given, or signals close an algebraic loop.
     """
-    own, T = structure.sample_time, sample_time
+    own, T = next((x.sample_time for x in (structure, *models) if x.sample_time is not None), None), sample_time
     if own is not None and T is not None and abs(T - own) > 1e-12 * own:
         raise InputError(
             f"a controller that is sampled every {own:g} s keeps that sample time; got {T:g} s. Leave it out, or "
@@ -91,12 +91,9 @@ def program(structure: Structure, models: Sequence[Model], sample_time: float | 
             f"the sample time of the controller must be positive and finite [s]; got {T!r}. Give it "
             "(--sample-time-ms), or state it in the problem."
         )
-    commands = tuple(name for name in structure.outputs if any(name in model.inputs for model in models))
-    reads, K = _from_outside(structure, models)
+    reads, commands, K = signals_of(structure, models)
     A, B, C, D = (getattr(K, name) for name in "ABCD")
-    chosen = [structure.outputs.index(name) for name in commands]
-    C, D = C[chosen], D[chosen]
-    if own is not None:
+    if structure.sample_time is not None:
         return Program(inputs=reads, outputs=commands, F=A - np.eye(len(A)), B=B, C=C, D=D, sample_time=T)
     inside = np.linalg.inv(np.eye(len(A)) - A * (T / 2))  # s = (2/T)(z − 1)/(z + 1)
     return Program(
@@ -105,8 +102,8 @@ def program(structure: Structure, models: Sequence[Model], sample_time: float | 
     )  # fmt: skip
 
 
-def _from_outside(structure: Structure, models: Sequence[Model]) -> tuple[tuple[str, ...], Controller]:
-    """The signals from outside that a structure reads, and its controller from these, inner signals eliminated."""
+def signals_of(structure: Structure, models: Sequence[Model]) -> tuple[tuple[str, ...], tuple[str, ...], Controller]:
+    """What a structure reads from outside, what it commands, and its controller between these, sums eliminated."""
     K, made = structure.controller(), structure.outputs
     known = dict.fromkeys((*made, *structure.references, *(n for m in models for n in (*m.inputs, *m.outputs))))
     sums = [known_terms(text, known, listed=tuple(known)) for text in structure.inputs]
@@ -120,4 +117,6 @@ def _from_outside(structure: Structure, models: Sequence[Model]) -> tuple[tuple[
     if not sound:
         raise InputError("signals between the blocks of a structure must not close an algebraic loop; they do.")
     C, D = E @ K.C, E @ K.D @ outside
-    return reads, Controller(K.A + K.B @ back @ C, K.B @ (outside + back @ D), C, D)
+    commands = tuple(name for name in made if any(name in model.inputs for model in models))
+    chosen = [made.index(name) for name in commands]
+    return reads, commands, Controller(K.A + K.B @ back @ C, K.B @ (outside + back @ D), C[chosen], D[chosen])
