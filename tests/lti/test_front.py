@@ -69,3 +69,17 @@ def test_joined_systems_answer_by_their_sum_and_product():
     np.testing.assert_allclose(both[:, :2, :3], g, rtol=1e-10)
     np.testing.assert_allclose(both[:, 2:, 3:], h, rtol=1e-10)
     assert not both[:, :2, 3:].any()
+
+
+def test_what_no_path_leads_to_is_exactly_zero_and_a_chain_is_a_plain_sum():
+    # y2 = 3 y1, y3 = 1e9 y2 + 1e-9 y1; nothing reaches y1 but its own input; a loop between two others beside it
+    D = np.diag([1.0, 3.0, 1.0, 0.7, 0.9])
+    back = np.zeros((5, 5))
+    back[1, 0], back[2, 1], back[2, 0], back[3, 4], back[4, 3] = 1.0, 1e9, 1e-9, 0.3, -0.5
+    gains = Realisation(np.zeros((0, 0)), np.zeros((0, 5)), np.zeros((5, 0)), D)
+    eye = np.eye(5)
+    *_, whole = wired(gains, back, eye, eye, 0 * eye)
+    assert not whole[:3, 3:].any()
+    assert not whole[3:, :3].any()
+    assert (whole[:3, 0] == [1.0, 3.0, 3e9 + 1e-9]).all()
+    np.testing.assert_allclose(whole, np.linalg.inv(np.linalg.inv(D) - back), rtol=1e-12, atol=1e-12)

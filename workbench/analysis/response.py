@@ -19,6 +19,8 @@ from workbench.control.loop import Subject
 from workbench.control.loop import subject as subject_of
 from workbench.errors import InputError
 from workbench.lti import Plant
+from workbench.lti.join import beside, series
+from workbench.lti.realisation import Realisation
 from workbench.lti.variance import Stationary, arriving
 from workbench.physics.guideway.irregularity import TYPES, patterns, stations
 
@@ -127,7 +129,8 @@ def driven(setting: Setting, subject: Subject, closed: Plant) -> Driven:
             "Let another type act, or leave the group out."
         )
     shaping = [spectrum_of(setting, t).shaping_filter(setting.speed) for t in types]
-    As, Bs, Cs = (_block_diagonal([filters[part] for filters in shaping]) for part in range(3))
+    parts = [[np.atleast_2d(part) for part in filters[:3]] for filters in shaping]
+    source = beside(*(Realisation(A, B, C, np.zeros((len(C), B.shape[1]))) for A, B, C in parts))
     places = stations(setting.sets, setting.speed)
     waves = [wave[:, [TYPES.index(t) for t in types]] for _, wave in places]
     mixing = np.eye(len(types))
@@ -135,65 +138,50 @@ def driven(setting: Setting, subject: Subject, closed: Plant) -> Driven:
         mixing = setting.guideway.mixing()[[TYPES.index(t) for t in types]]
         types = tuple(f"source {j + 1}" for j in range(mixing.shape[1]))
     # states: the filters of each station, loop, weights
-    n, ns, k = len(closed.A), len(As), len(places)
+    source = source._replace(B=source.B @ mixing, D=source.D @ mixing)
+    each = beside(*[source] * len(places))
+    surface = np.column_stack([wave @ source.C for wave in waves])
     heights, rates = irregularities(closed, len(setting.sets))
-    surface, filters = np.hstack([wave @ Cs for wave in waves]), _block_diagonal([As] * k)
-    jumps = [wave @ Cs @ Bs @ mixing for wave in waves]  # white part of the surface's rate
-    into, onto = closed.B[:, heights] @ surface, closed.D[:, heights] @ surface
+    met, jump = surface, np.zeros((len(surface), each.B.shape[1]))  # and the white part of the surface's rate
     if rates:
-        into, onto = into + closed.B[:, rates] @ surface @ filters, onto + closed.D[:, rates] @ surface @ filters
-    A = np.block([[filters, np.zeros((k * ns, n))], [into, closed.A]])
-    C = np.hstack([onto, closed.C])
-    inputs = [
-        np.vstack([np.zeros((j * ns, jump.shape[1])), Bs @ mixing, np.zeros(((k - 1 - j) * ns, jump.shape[1])),
-                   closed.B[:, rates] @ jump if rates else np.zeros((n, jump.shape[1]))])
-        for j, jump in enumerate(jumps)
-    ]  # fmt: skip
-    white = [closed.D[:, rates] @ jump if rates else np.zeros((len(C), jump.shape[1])) for jump in jumps]
+        met, jump = np.concatenate([surface, surface @ each.A]), np.concatenate([jump, surface @ each.B])
+    felt = [*heights, *rates]
+    loop = series(
+        Realisation(closed.A, closed.B[:, felt], closed.C, closed.D[:, felt]), Realisation(each.A, each.B, met, jump)
+    )
     wanted = {}
     for direction in WEIGHTS:
         for name, place in setting.points.items():
             row = point_acceleration(closed.outputs, place, direction)
-            if np.abs(row @ C).max() > 0:
+            if np.abs(row @ loop.C).max() > 0:
                 wanted[direction, name] = row
-    under = _block_diagonal([setting.under] * 2)
-    surface_state = np.hstack([under @ surface, np.zeros((len(under), n))])
-    A, inputs, C, weighted, surface_state = _weigh(A, inputs, C, white, wanted, surface_state)
+    return _weighed(loop, wanted, np.kron(np.eye(2), setting.under) @ surface, places, tuple(types), closed.outputs)
+
+
+def _weighed(loop: Realisation, wanted, surface: np.ndarray, places, types, names) -> Driven:
+    """The loop with a comfort weight for each wanted row over its outputs."""
+    p, s = len(names), len(surface)
+    ends = np.concatenate([loop.C, np.pad(surface, ((0, 0), (0, len(loop.A) - surface.shape[1])))])
+    seen = Realisation(loop.A, loop.B, ends, np.pad(loop.D, ((0, s), (0, 0))))
+    weights = beside(*(_single(weight(WEIGHTS[direction]).state_space()) for direction, _ in wanted))
+    rows = np.zeros((len(wanted), p + s))
+    rows[:, :p] = np.array(list(wanted.values())).reshape(-1, p)
+    A, B, C, D = series(
+        Realisation(
+            weights.A, weights.B @ rows, np.pad(weights.C, ((p + s, 0), (0, 0))),
+            np.concatenate([np.eye(p + s), weights.D @ rows]),
+        ), seen,
+    )  # fmt: skip
+    m = B.shape[1] // len(places)
+    noise = [slice(j * m, (j + 1) * m) for j in range(len(places))]
     return Driven(
-        A=A, arrivals=tuple((delay, B) for (delay, _), B in zip(places, inputs, strict=True)), types=types,
-        outputs=dict(zip(closed.outputs, C, strict=True)), white=tuple(white), weighted=weighted,
-        surface=surface_state, surface_rate=surface_state @ A,
+        A=A, arrivals=tuple((delay, B[:, own]) for (delay, _), own in zip(places, noise, strict=True)), types=types,
+        outputs=dict(zip(names, C[:p], strict=True)), white=tuple(D[:p, own] for own in noise),
+        weighted=dict(zip(wanted, C[p + s :], strict=True)), surface=C[p : p + s], surface_rate=C[p : p + s] @ A,
     )  # fmt: skip
 
 
-def _block_diagonal(blocks: Sequence[np.ndarray]) -> np.ndarray:
-    from scipy.linalg import block_diag
-
-    return block_diag(*blocks)
-
-
-def _weigh(A, inputs, C, white, wanted, surface):
-    """Appends one comfort weight per wanted row over the outputs; white noise on one enters its weight directly."""
-    size = len(A)
-    filters = {key: weight(WEIGHTS[key[0]]).state_space() for key in wanted}
-    parts = {
-        key: (np.atleast_2d(Aw), np.reshape(Bw, (-1, 1)), np.reshape(Cw, (1, -1)), float(np.reshape(Dw, ())))
-        for key, (Aw, Bw, Cw, Dw) in filters.items()
-    }
-    total = size + sum(len(Aw) for Aw, *_ in parts.values())
-    big = np.zeros((total, total))
-    big[:size, :size] = A
-    grown = [np.pad(B, ((0, total - size), (0, 0))) for B in inputs]
-    rows, at = {}, size
-    for key, row in wanted.items():
-        Aw, Bw, Cw, Dw = parts[key]
-        span = slice(at, at + len(Aw))
-        big[span, :size], big[span, span] = Bw * (row @ C), Aw
-        for B, noise in zip(grown, white, strict=True):
-            B[span] = Bw * (row @ noise)
-        out = np.zeros(total)
-        out[:size], out[span] = Dw * (row @ C), Cw
-        rows[key] = out
-        at += len(Aw)
-    wide = ((0, 0), (0, total - size))
-    return big, grown, np.pad(C, wide), rows, np.pad(surface, wide)
+def _single(filter_) -> Realisation:
+    """A filter of one input and output as four matrices."""
+    A, B, C, D = filter_
+    return Realisation(np.atleast_2d(A), np.reshape(B, (-1, 1)), np.reshape(C, (1, -1)), np.reshape(D, (1, 1)))

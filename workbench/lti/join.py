@@ -54,11 +54,31 @@ def wired(
     A, B, C, D = system
     state, loop = back @ C, back @ D  # u = state x + loop u + into w
     if loop.any():
-        E, sound = closing(back, D)
-        if not sound:
-            raise IllPosedError(circle)
+        E = _around(back, D, circle)
         state, into = E @ state, E @ into
     return Realisation(A + B @ state, B @ into, out @ (C + D @ state), out @ D @ into + past)
+
+
+def _around(back: np.ndarray, D: np.ndarray, circle: str) -> np.ndarray:
+    """(I − back D)⁻¹, exactly zero where no path of nonzero entries leads; a plain sum where nothing returns."""
+    eye = np.eye(len(back))
+    loop, paths = back @ D, np.eye(len(back), dtype=bool)
+    for _ in range(len(loop)):
+        longer = paths | ((loop != 0) @ paths)
+        if (longer == paths).all():
+            break
+        paths = longer
+    if not ((loop != 0) @ paths).diagonal().any():  # a chain
+        E = eye
+        for _ in range(len(loop)):
+            E, before = eye + loop @ E, E
+            if (E == before).all():
+                break
+        return E
+    E, sound = closing(back, D)
+    if not sound:
+        raise IllPosedError(circle)
+    return np.where(paths, E, 0.0)
 
 
 def series(second: Realisation, first: Realisation) -> Realisation:
