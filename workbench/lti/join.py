@@ -72,7 +72,7 @@ def _around(back: np.ndarray, D: np.ndarray, circle: str) -> np.ndarray:
         E = eye
         for _ in range(len(loop)):
             E, before = eye + loop @ E, E
-            if (E == before).all():
+            if (before == E).all():
                 break
         return E
     E, sound = closing(back, D)
