@@ -62,10 +62,10 @@ def _default(parameter) -> str:
 def data_file() -> str:
     """The blocks and keys of data.toml."""
     from workbench.control.gains import GAIN_UNITS
-    from workbench.design.requirement import QUANTITIES
     from workbench.files.schema import ProblemFile
+    from workbench.goals.ride.requirement import limit_keys, requirement_class
 
-    requirements = [(f"`{key}`", name, sense) for name, (sense, _, key, _) in QUANTITIES.items()]
+    requirements = [(f"`{key}`", name, requirement_class(name).sense) for key, name in limit_keys().items()]
     gains = [(f"`{name}`", unit) for name, unit in GAIN_UNITS.items()]
     more = ["", "## Keys of `[requirements]`, and of every `limits`", "", "Each a positive number.", ""]
     more += _table(("key", "quantity", "must be"), requirements)

@@ -7,10 +7,11 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from tests.bench import Row, against, alone, best, timed
-from workbench.design.model import STABILITY, STANDARD_BOX, Variation, model_of
+from workbench.design.model import STANDARD_BOX, Variation, model_of
 from workbench.design.robust import robust_design
 from workbench.design.worst import Search, judged_model
 from workbench.files.problem import load_problem
+from workbench.goals.ride.requirement import margin_kinds
 from workbench.physics.vehicle import Vehicle, linearise, varied
 from workbench.physics.vehicle.equations import equations
 
@@ -54,7 +55,7 @@ def rows() -> Iterator[Row]:
         if not all(w.verdict.met for w in found.worst):
             raise RuntimeError("a robust design must hold at every model that was looked at")
         note = (
-            f"{', '.join(STABILITY)} at the unchanged limits; J {found.design.analysis.cost:.2f}, "
+            f"{', '.join(margin_kinds())} at the unchanged limits; J {found.design.analysis.cost:.2f}, "
             f"{len(found.visited)} models designed for"
         )
         yield alone("gains for the standard box, from the approved ones", seconds, note)

@@ -8,7 +8,6 @@ from workbench.control import Gains
 from workbench.control.gains import GAIN_NAMES
 from workbench.design.design import CENTRE, design
 from workbench.design.problem import Problem
-from workbench.design.requirement import Requirement
 from workbench.design.robustness import robustness
 from workbench.design.solve import cost, stable_start
 from workbench.design.steering import Programme
@@ -16,6 +15,7 @@ from workbench.design.tradeoff import trade_off
 from workbench.design.verdict import verdicts
 from workbench.errors import InfeasibleError, InputError
 from workbench.files.problem import load_problem
+from workbench.goals.ride.requirement import requirement
 from workbench.physics.vehicle import varied
 from workbench.solve.smooth import Options, minimise
 
@@ -60,7 +60,7 @@ def test_no_point_nearby_that_meets_the_requirements_is_cheaper(heave, heave_des
 def test_an_unreachable_requirement_is_named_with_what_was_reached(heave):
     # 2 mm of stroke over this guideway needs a stiffness that the margins forbid
     others = [r for r in heave.requirements if r.name != "rms gap, front"]
-    asked = heave.with_requirements([*others, Requirement("rms gap, front", 0.002)])
+    asked = heave.with_requirements([*others, requirement("rms gap, front", 0.002)])
     with pytest.raises(InfeasibleError, match=r"'rms gap, front' must be <= 0.002 m; best found .*, a miss of \d"):
         design(asked, starts=2)
 

@@ -9,12 +9,12 @@ from workbench.control.gains import GAIN_NAMES
 from workbench.design.design import CENTRE, design, refine
 from workbench.design.family import Family, PolynomialChart, SharedChart
 from workbench.design.model import STANDARD_BOX, Box, Model, Variation, model_of, sentence
-from workbench.design.requirement import Requirement
 from workbench.design.robust import Search, judged_model, robust_design
 from workbench.design.steering import Programme
 from workbench.design.verdict import margin_verdicts, verdicts
 from workbench.errors import InfeasibleError, InputError
 from workbench.files.problem import load_problem
+from workbench.goals.ride.requirement import requirement
 from workbench.physics.vehicle import varied
 
 FORCE = Box({"mass": (0.85, 1.15), "current_force": (0.9, 1.1)})
@@ -105,7 +105,7 @@ def test_the_margins_alone_are_those_of_the_whole_analysis(revenue):
     peaks = [
         v.value for v in verdicts(revenue, analyse(revenue.setting, revenue.approved)) if v.name.startswith("peak")
     ]
-    worst = margin_verdicts(revenue.with_requirements([Requirement("peak sensitivity", 2.0)]), revenue.approved)
+    worst = margin_verdicts(revenue.with_requirements([requirement("peak sensitivity", 2.0)]), revenue.approved)
     assert worst[0].value == pytest.approx(max(peaks), rel=2e-6)  # both are brackets, of relative width 1e-6 at most
 
 
@@ -164,7 +164,7 @@ def test_screened_margins_are_the_exact_ones(revenue):
     each = [box.at(u) for u in generator.uniform(size=(6, 8))]
     screened = search.shortfalls(each, revenue.approved)
     for values, misses in zip(each, screened, strict=True):
-        exact = [Requirement(v.name, v.limit).shortfall(v.value) for v in search.verdicts(values, revenue.approved)]
+        exact = [requirement(v.name, v.limit).shortfall(v.value) for v in search.verdicts(values, revenue.approved)]
         # damping and decay are eigenvalues both times; the exact peak is the upper end of a bracket of 1e-6
         assert misses == pytest.approx(exact, rel=1e-5, abs=3e-6)
 
@@ -197,7 +197,7 @@ def test_a_search_finds_no_less_than_random_models_do(revenue):
     units = np.random.default_rng(11).uniform(size=(60, 7))
     misses = search.shortfalls([STANDARD_BOX.at(u) for u in units], revenue.approved)
     for found, most in zip(worst, misses.max(axis=0), strict=True):
-        own = Requirement(found.verdict.name, found.verdict.limit).shortfall(found.verdict.value)
+        own = requirement(found.verdict.name, found.verdict.limit).shortfall(found.verdict.value)
         assert own >= most - 5e-3  # what screening of a delay may be off by
 
 
@@ -222,7 +222,7 @@ def test_the_worst_found_is_no_better_than_any_vertex(heave, borne):
     for i, worst in enumerate(borne.worst):
         for unit in FORCE.corners(np.random.default_rng(0)):
             at_vertex = judged_model(search.model(FORCE.at(unit)), borne.design.gains)[i]
-            assert Requirement(at_vertex.name, at_vertex.limit).shortfall(at_vertex.value) <= Requirement(
+            assert requirement(at_vertex.name, at_vertex.limit).shortfall(at_vertex.value) <= requirement(
                 worst.verdict.name, worst.verdict.limit
             ).shortfall(worst.verdict.value)
 
@@ -263,13 +263,13 @@ def test_each_design_is_the_best_at_what_it_was_asked_to_make_small(by_cost):
 
 
 def test_a_box_that_no_gains_bear_is_refused_with_the_model_that_misses(heave):
-    fast = Variation(box=FORCE, requirements=(Requirement("decay rate", 40.0),))  # filters are no faster than 33 1/s
+    fast = Variation(box=FORCE, requirements=(requirement("decay rate", 40.0),))  # filters are no faster than 33 1/s
     with pytest.raises(InfeasibleError, match=r"'decay rate' must be >= 40 1/s; best found .* a miss of \d+ %"):
         robust_design(heave, fast, start=heave.approved)
 
 
 def test_a_refusal_says_what_its_best_gains_reach(heave):
-    asked = Requirement("peak sensitivity", 1.5), Requirement("decay rate", 40.0)
+    asked = requirement("peak sensitivity", 1.5), requirement("decay rate", 40.0)
     with pytest.raises(InfeasibleError, match=r"These gains reach everywhere: peak sensitivity 1(\.\d+)?, decay"):
         robust_design(heave, Variation(box=FORCE, requirements=asked), start=heave.approved)
 

@@ -9,8 +9,9 @@ from workbench.design.delayed import dead_time
 from workbench.design.design import CENTRE
 from workbench.design.measures import GAPS, GroupMeasures, static_error_function
 from workbench.design.steering import Programme
-from workbench.design.unseen import exact_peaks
 from workbench.files.problem import load_problem
+from workbench.goals.ride.flown import Flown
+from workbench.goals.ride.peak_sensitivity import exact_peaks
 
 GAINS = Gains(**CENTRE)
 THETA = np.array(list(GAINS.as_dict().values()))
@@ -89,14 +90,14 @@ def test_the_smooth_static_error_is_the_exact_one(problem):
 
 
 def test_no_node_of_the_grid_exceeds_the_exact_peak_sensitivity(problem, groups):
-    for number, _, value in exact_peaks(problem, GAINS):
+    for number, _, value in exact_peaks(Flown(problem.setting, GAINS)):
         nodes = np.sqrt(groups[number].responses(THETA).peak.value.max())
         assert value * 0.9 < nodes <= value * (1 + 1e-9)  # the grid is dense enough to come within a tenth
 
 
 def test_a_watched_frequency_is_measured_exactly(problem):
     group = GroupMeasures(problem.setting, problem.subjects[0])
-    ((_, omega, value), *_) = exact_peaks(problem, GAINS)
+    ((_, omega, value), *_) = exact_peaks(Flown(problem.setting, GAINS))
     assert np.sqrt(group.watching([omega]).responses(THETA).peak.value[-1]) == pytest.approx(value, rel=1e-8)
     assert not len(group.watched)  # what is asked later is asked of another record
 

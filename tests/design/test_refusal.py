@@ -10,12 +10,12 @@ from workbench.design import design as module
 from workbench.design.design import design, refine
 from workbench.design.model import Box, Variation
 from workbench.design.refusal import refusal
-from workbench.design.requirement import QUANTITIES, Requirement, judge
 from workbench.design.robust import robust_design
 from workbench.design.scheduled import Plan
 from workbench.design.verdict import verdicts
 from workbench.errors import InfeasibleError, InputError
 from workbench.files.problem import load_problem
+from workbench.goals.ride.requirement import required_kinds, requirement
 from workbench.goals.verdict import Verdict
 from workbench.solve.smooth import Outcome
 from workbench.study.definition import Parameter, Study
@@ -35,7 +35,7 @@ def heave():
 
 @pytest.mark.parametrize("ended", ["where it began", "far away", "feasible, it says"])
 def test_a_refusal_is_the_same_kind_of_sentence_however_the_optimiser_ended(heave, monkeypatch, ended):
-    asked = heave.with_requirements([*heave.requirements, Requirement("peak sensitivity", 1.000001)])
+    asked = heave.with_requirements([*heave.requirements, requirement("peak sensitivity", 1.000001)])
 
     def finish(programme, x, factors=(), *, solver=""):
         x = np.zeros_like(x) if ended == "far away" else x
@@ -68,7 +68,7 @@ def test_a_start_outside_the_bounds_is_refused_and_not_moved(heave):
 
 
 def test_of_several_gains_those_are_named_that_miss_least(heave):
-    asked = heave.with_requirements([Requirement("damping ratio", 0.999), Requirement("rms gap, front", 0.010)])
+    asked = heave.with_requirements([requirement("damping ratio", 0.999), requirement("rms gap, front", 0.010)])
     both = [analyse(heave.setting, heave.approved.with_values(K_h=f * heave.approved.K_h)) for f in (1.0, 1.5)]
     looked_at = [(a, verdicts(asked, a)) for a in both]
     misses = [max(r.shortfall(v.value) for r, v in zip(asked.requirements, own, strict=True)) for _, own in looked_at]
@@ -80,9 +80,9 @@ def test_of_several_gains_those_are_named_that_miss_least(heave):
     assert str(refusal("heave", looked_at[::-1])) == sentence
 
 
-@pytest.mark.parametrize("name", QUANTITIES)
+@pytest.mark.parametrize("name", required_kinds())
 def test_a_verdict_without_value_says_why_and_nothing_else(name):
-    sentence = judge(Requirement(name, 1.0), None, "an unfiltered rate has roots and no responses").sentence()
+    sentence = requirement(name, 1.0).said(None, "an unfiltered rate has roots and no responses").sentence()
     assert sentence.endswith("best found no value (an unfiltered rate has roots and no responses)")
     assert "unstable" not in sentence
 
@@ -96,7 +96,7 @@ def test_a_requirement_without_a_value_is_named_before_those_that_have_one(heave
 
 def test_a_robust_design_without_limits_on_margins_is_stable_at_every_corner(heave):
     box = Box({"mass": (0.7, 1.3), "current_force": (0.6, 1.4), "gap_force": (0.7, 1.3)})
-    loose = heave.with_requirements([Requirement("rms gap, front", 0.02)])
+    loose = heave.with_requirements([requirement("rms gap, front", 0.02)])
     found = robust_design(loose, Variation(box=box), start=heave.approved, time_budget=120.0)
     assert [w.verdict.name for w in found.worst] == ["decay rate"]
     for corner in box.corners(np.random.default_rng(0)):
@@ -106,7 +106,7 @@ def test_a_robust_design_without_limits_on_margins_is_stable_at_every_corner(hea
 @pytest.mark.parametrize("cost", ["nominal", "worst"])
 def test_a_robust_design_keeps_a_start_that_bears_everything(heave, cost):
     box = Variation(box=Box({"mass": (0.99, 1.01)}), cost=cost)
-    own = heave.with_requirements([Requirement("damping ratio", 0.4), Requirement("peak sensitivity", 2.5)])
+    own = heave.with_requirements([requirement("damping ratio", 0.4), requirement("peak sensitivity", 2.5)])
     first = robust_design(own, box, start=heave.approved)
     again = robust_design(own, box, start=first.design.gains)
     assert again.design.analysis.cost <= first.design.analysis.cost * (1 + 1e-6)
@@ -119,7 +119,7 @@ def test_a_box_that_nothing_bears_is_refused_by_a_requirement_and_its_model(heav
 
 
 def test_a_variation_and_a_schedule_together_are_refused(heave):
-    plan = Plan(range=(100.0, 140.0), requirements=(Requirement("damping ratio", 0.3),))
+    plan = Plan(range=(100.0, 140.0), requirements=(requirement("damping ratio", 0.3),))
     variation = Variation(box=Box({"mass": (0.9, 1.1)}))
     for one in (heave, replace(heave, plan=plan), replace(heave, variation=variation)):
         one.check_one_way("choose")

@@ -4,8 +4,8 @@ import pytest
 
 from workbench.control import Gains
 from workbench.design.record import Design, Start, given
-from workbench.design.requirement import Requirement
 from workbench.files.problem import load_problem
+from workbench.goals.ride.requirement import requirement
 from workbench.handover.table.table import table_from_design
 
 GAINS = Gains(
@@ -25,7 +25,7 @@ LIMITS = {
 def design_of(gains: Gains, name: str = "revenue_vehicle") -> Design:
     problem = load_problem(name)
     sideways = "sway_roll_yaw" in problem.setting.groups
-    asked = [Requirement(*limit) for limit in LIMITS.items() if sideways or "lateral" not in limit[0]]
+    asked = [requirement(*limit) for limit in LIMITS.items() if sideways or "lateral" not in limit[0]]
     problem = problem.with_requirements(asked)
     start = Start(number=0, cost=0.0, violation=0.0, evaluations=1, message="given")
     return given(problem, gains, starts=(start,), binding=("peak sensitivity of heave_pitch",), seed=3, solver="slsqp")

@@ -10,20 +10,19 @@ from pydantic import BaseModel
 from workbench.analysis.analysis import analyse
 from workbench.control import Gains
 from workbench.control.gains import GAIN_NAMES
-from workbench.design.model import STABILITY
 from workbench.design.problem import Problem
-from workbench.design.requirement import QUANTITIES
 from workbench.design.robust import robust_design
 from workbench.design.verdict import verdicts
 from workbench.design.worst import Search
 from workbench.errors import InputError
 from workbench.files.problem import ProblemData, parse_problem
 from workbench.files.schema import BoundsBlock, FixedBlock, ProblemFile, RequirementsBlock
-from workbench.study.quantity import JUDGED, document_of, value_at
+from workbench.goals.ride.requirement import limit_keys, margin_kinds
+from workbench.study.quantity import document_of, judged, value_at
 
-LIMITS = tuple(key for _, _, key, _ in QUANTITIES.values())
+LIMITS = tuple(limit_keys())
 FREE_KEYS = {RequirementsBlock: LIMITS, BoundsBlock: GAIN_NAMES, FixedBlock: GAIN_NAMES}
-LIMITED = {"variation.limits": LIMITS, "schedule.limits": tuple(QUANTITIES[name][2] for name in STABILITY)}
+LIMITED = {"variation.limits": LIMITS, "schedule.limits": tuple(limit_keys(margin_kinds()))}
 
 
 def every_key(model: type[BaseModel] = ProblemFile, path: str = "") -> Iterator[str]:
@@ -75,7 +74,7 @@ class Seen:
             return self.analysis.poles
         if name == "robust_cost":
             return robust_design(self.problem, start=self.gains).design.analysis.cost
-        if name in JUDGED:
+        if name in judged():
             return value_at(document_of(self.problem, self.gains, (name,)), name)
         document = self.document
         try:
@@ -105,12 +104,12 @@ class Seen:
 
     def met(self, key: str) -> tuple[bool, ...]:
         """Verdicts on the requirement of a key; none where it is not required."""
-        name = next(n for n, (_, _, own, _) in QUANTITIES.items() if own == key)
+        name = limit_keys()[key]
         return tuple(v.met for v in verdicts(self.problem, self.analysis) if v.name == name)
 
     def worst(self, key: str) -> tuple[float | None, float] | None:
         """Value of the worst of the varied vehicles and its limit, by a limit's key; None where it is not asked."""
-        name = next(n for n, (_, _, own, _) in QUANTITIES.items() if own == key)
+        name = limit_keys()[key]
         search = Search(self.problem, self.problem.variation)
         return next(
             ((w.verdict.value, w.verdict.limit) for w in search.worst(self.gains) if w.verdict.name == name), None

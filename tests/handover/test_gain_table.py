@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from workbench.analysis.analysis import analyse
-from workbench.design.requirement import Requirement
 from workbench.design.verdict import verdicts
 from workbench.errors import InputError
 from workbench.files.problem import load_problem, read_gains
+from workbench.goals.ride.requirement import requirement
 from workbench.handover.table.table import digest_of, read_table, schema, signed, table_from_design, write_table
 
 
@@ -107,7 +107,7 @@ def test_every_promise_holds_its_requirements_value_and_keeps_its_limit(design, 
 
 
 def test_a_peak_gap_is_promised_from_its_static_part_and_three_sigma(design):
-    problem = design.problem.with_requirements([Requirement("peak gap change", 0.2)])
+    problem = design.problem.with_requirements([requirement("peak gap change", 0.2)])
     one = replace(design, problem=problem, verdicts=verdicts(problem, design.analysis))
     (promise,) = table_from_design(one).promises
     low, high = promise.enclosure
@@ -118,7 +118,7 @@ def test_a_peak_gap_is_promised_from_its_static_part_and_three_sigma(design):
 
 
 def test_what_the_prover_cannot_prove_is_promised_in_floating_point_and_says_so(design):
-    problem = design.problem.with_requirements([Requirement("vertical ride mask ratio", 10.0)])
+    problem = design.problem.with_requirements([requirement("vertical ride mask ratio", 10.0)])
     one = replace(design, problem=problem, verdicts=verdicts(problem, design.analysis))
     (promise,) = table_from_design(one).promises
     assert promise.method == "floating point: figure of the analysis"

@@ -14,12 +14,13 @@ from workbench.control.loop import subject
 from workbench.control.loop.closed import interconnect
 from workbench.design.comparison import compare
 from workbench.design.design import design
-from workbench.design.requirement import MOTOR_CURRENT, Requirement
 from workbench.design.robustness import robustness
 from workbench.design.steering import Programme
 from workbench.design.verdict import verdicts
 from workbench.errors import InputError
 from workbench.files.problem import load_problem
+from workbench.goals.ride.motor_current import MotorCurrent
+from workbench.goals.ride.requirement import requirement
 from workbench.lti.crossing import sign_changes
 from workbench.lti.norm import peak_gain
 from workbench.lti.signals import COORDINATES, numbered
@@ -122,8 +123,8 @@ def test_motor_power_is_that_of_its_currents_forces_in_the_plant(analysis):
 def test_smooth_measure_of_the_motor_current_agrees_with_the_exact_one(analysis):
     programme = Programme(PROBLEM, back_off=0.0)
     point = programme.at(programme.x(GAINS))
-    slack = point.constraints[point.names.index(MOTOR_CURRENT)]
-    limit = programme.limits[MOTOR_CURRENT]
+    slack = point.constraints[point.names.index(MotorCurrent.kind)]
+    limit = programme.asked[MotorCurrent.kind].limit
     # 1e-3: quadrature over the grid against the Lyapunov equation
     assert limit * (1 - slack) == pytest.approx(analysis.motor.current_at_3_sigma, rel=1e-3)
 
@@ -131,7 +132,7 @@ def test_smooth_measure_of_the_motor_current_agrees_with_the_exact_one(analysis)
 def test_gradient_of_the_motor_constraint_is_its_slope():
     programme = Programme(PROBLEM, back_off=0.0)
     x = programme.x(GAINS)
-    row = programme.at(x).names.index(MOTOR_CURRENT)
+    row = programme.at(x).names.index(MotorCurrent.kind)
     gradient = programme.at(x).jacobian[row].copy()
     for k, name in enumerate(PROBLEM.free):
         step = np.zeros(len(x))
@@ -210,7 +211,7 @@ def test_an_unstable_loop_has_no_motor_currents():
 def test_a_motor_current_is_not_required_of_a_vehicle_without_motor():
     coils = load_problem("revenue_vehicle")
     with pytest.raises(InputError, match=r"can be required only of a vehicle whose motor .*'revenue_vehicle' has none"):
-        coils.with_requirements([Requirement(MOTOR_CURRENT, 1500.0)])
+        coils.with_requirements([requirement(MotorCurrent.kind, 1500.0)])
 
 
 def test_a_comparison_of_nothing_or_without_gains_is_refused():

@@ -10,12 +10,12 @@ from workbench.analysis.analysis import analyse
 from workbench.control.schedule import Schedule
 from workbench.design.design import Design, refine
 from workbench.design.record import given
-from workbench.design.requirement import Requirement
 from workbench.design.scheduled import Plan, dense_check, schedule_design
 from workbench.design.speed_family import force_numbers, plant_family, speed_family
 from workbench.design.verdict import margin_verdicts
 from workbench.errors import InfeasibleError, InputError
 from workbench.files.problem import load_problem, parse_problem, read_gains, read_schedule, shipped_problems
+from workbench.goals.ride.requirement import requirement
 from workbench.handover.table.table import read_table
 from workbench.machine.reading import read_mapping
 
@@ -146,7 +146,7 @@ def test_a_polynomial_is_fitted_to_itself_exactly():
 
 
 def test_a_plan_that_cannot_be_kept_names_the_worst_speed(problem, plants):
-    asked = (Requirement("peak sensitivity", 1.02),)
+    asked = (requirement("peak sensitivity", 1.02),)
     plan = Plan(range=(100.0, 134.0), requirements=asked, points=2, degree=1, dense=9)
     cruise = as_it_is(problem)
     with pytest.raises(InfeasibleError, match=r"no schedule of degree 1 over 100 … 134 m/s keeps .*'peak sensitivity'"):

@@ -8,10 +8,10 @@ import pytest
 from workbench.analysis.analysis import analyse
 from workbench.control import Gains
 from workbench.control.gains import GAIN_NAMES
-from workbench.design.requirement import QUANTITIES
 from workbench.design.verdict import margin_verdicts, verdicts
 from workbench.errors import InputError
 from workbench.files.problem import load_problem, read_schedule, shipped_problems, shipped_vehicles
+from workbench.goals.ride.requirement import limit_keys
 from workbench.study.file import read_study
 from workbench.study.quantity import limits_of, required
 from workbench.study.run import run_study
@@ -61,7 +61,7 @@ def test_a_requirement_that_is_missed_is_counted_whatever_it_limits(study_of, na
     result, folder = study_of(name, 'sampling = "list"', ONE.format(k_h), change)
     problem = load_problem(str(folder))
     missed = [v for v in verdicts(problem, analyse(problem.setting, problem.approved)) if not v.met]
-    assert [QUANTITIES[v.name][2] for v in missed] == [key]
+    assert [v.name for v in missed] == [limit_keys()[key]]
     told = {reason: n for reason, n in result.failing.by.items() if n}
     assert list(told.values()) == [1]
     quantity = next(iter(told)).split(" ")[0]
@@ -139,9 +139,7 @@ def test_a_design_of_a_study_bears_the_variation_about_the_mass_of_its_row(study
 
 
 def _stability(problem):
-    from workbench.design.model import STABILITY
-
-    return problem.with_requirements([r for r in problem.requirements if r.name in STABILITY])
+    return problem.with_requirements([r for r in problem.requirements if r.margin_alone])
 
 
 def test_a_variation_that_cannot_be_borne_is_a_row_without_figures(study_of):

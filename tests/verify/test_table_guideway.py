@@ -5,7 +5,7 @@ import dataclasses
 import pytest
 
 from workbench.design.record import given
-from workbench.design.requirement import Requirement
+from workbench.goals.ride.requirement import requirement
 from workbench.handover.table.certificate import certificate_of
 from workbench.handover.table.table import table_from_design
 from workbench.physics.guideway.roughness import Roughness
@@ -20,7 +20,7 @@ CORRELATION = ((1.0, 0.3, 0.0, 0.2), (0.3, 1.0, 0.4, 0.0), (0.0, 0.4, 1.0, 0.1),
 
 def on(file, guideway):
     """The table of known gains on another guideway, with limits that everything keeps."""
-    problem = file.design.problem.with_requirements(Requirement(*limit) for limit in LIMITS.items())
+    problem = file.design.problem.with_requirements(requirement(*limit) for limit in LIMITS.items())
     problem = problem.with_setting(dataclasses.replace(problem.setting, guideway=guideway))
     design = given(problem, file.design.gains, solver="slsqp")
     return design, table_from_design(design).to_dict()

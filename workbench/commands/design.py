@@ -209,9 +209,10 @@ def _proved(table, problem, show):
     """The table with its promises over the standard box and over the speeds of its schedule."""
     from time import perf_counter
 
-    from workbench.handover.table.promise import BOXED, certified
+    from workbench.goals.ride.requirement import boxed
+    from workbench.handover.table.promise import certified
 
-    count = sum(p.name.split(",")[0] in BOXED for p in table.promises) * (1 if table.schedule is None else 2)
+    count = sum(boxed(p.name) for p in table.promises) * (1 if table.schedule is None else 2)
     step, began = show("proofs over boxes", count), perf_counter()
     return certified(
         table, problem, on_promise=lambda name, words: step(f"{perf_counter() - began:.0f} s, {name}: {words}"[:90])

@@ -15,7 +15,7 @@ Source: Boyd & Barratt, Linear Controller Design (1991), ch. 14; guide, Definiti
 
 import contextlib
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from time import perf_counter
 from typing import Any, Protocol
@@ -30,18 +30,15 @@ from workbench.control import Gains
 from workbench.control.loop import Subject
 from workbench.convex.preview import Cost, Measured, PreviewRegulator
 from workbench.errors import InputError
+from workbench.goals.ride.currents import MeanSquareCurrents
+from workbench.goals.ride.requirement import Requirement
 from workbench.lti import Plant
 from workbench.lti.front import integrated
 from workbench.lti.realisation import state_scale
-from workbench.lti.signals import current_of, numbered
+from workbench.lti.signals import current_of
 from workbench.lti.variance import stationary
 from workbench.result import Result, Row
 
-CURRENTS = "sum of mean square currents"
-GAPS = {
-    "rms gap, front": ("gap", 0), "rms gap, rear": ("gap", 1),
-    "rms lateral gap, front": ("gap_lateral", 0), "rms lateral gap, rear": ("gap_lateral", 1),
-}  # fmt: skip
 SMALLEST = 1e-10  # of a multiplier over the cost's size; below, a limit counts as inactive
 ACTIVE = 1e-3  # a multiplier above this share of the bound makes its limit active
 
@@ -106,10 +103,11 @@ class Dual:
                 f"a bound from below needs a vehicle controlled by its coils alone; {problem.name!r} has a motor, "
                 "whose limit is not a mean square. Take it out of the control."
             )
-        self.names, self.limits = _limits(problem)
+        limited, self.limits = _limits(problem)
+        self.names = tuple(r.name for r in limited)
         subjects = [s for s, _ in _open_loops(setting)]
         self.groups = tuple(s.name for s in subjects)
-        self.regulators = [_regulator(setting, s, self.names, noise) for s in subjects]
+        self.regulators = [_regulator(setting, s, limited, noise) for s in subjects]
 
     def at(self, multipliers) -> tuple[float, np.ndarray, np.ndarray, float]:
         """Value, slopes by the multipliers, each group's part, and the worst Riccati residual."""
@@ -181,8 +179,8 @@ def achieved_by(problem: MeanSquareProblem, gains: Gains, *, noise: bool = True)
     Raises InputError if the gains do not stabilise.
     """
     setting = problem.setting
-    names, limits = _limits(problem)
-    total = np.zeros(1 + len(names))
+    limited, limits = _limits(problem)
+    total = np.zeros(1 + len(limited))
     for subject, closed in random_loops(setting, gains):
         system = driven(setting, subject, closed)
         covariance = system.stationary().covariance.sum(axis=0)
@@ -194,24 +192,21 @@ def achieved_by(problem: MeanSquareProblem, gains: Gains, *, noise: bool = True)
             B = np.zeros((len(system.A), errors.B.shape[1]))
             B[start : start + len(closed.A)] = errors.B * np.sqrt(_intensity(setting))
             covariance = covariance + stationary(system.A, B, correlation=np.eye(B.shape[1])).covariance[0]
-        for k, rows in enumerate(_rows(setting, system, names)):
+        for k, rows in enumerate(_rows(setting, system, limited)):
             total[k] += float(np.einsum("qi,ij,qj->", rows, covariance, rows))
-    return float(total[0]), dict(zip(names, (total[1:] / limits).tolist(), strict=True))
+    return float(total[0]), dict(zip((r.name for r in limited), (total[1:] / limits).tolist(), strict=True))
 
 
-def _limits(problem: MeanSquareProblem) -> tuple[tuple[str, ...], np.ndarray]:
-    """Names and mean-square limits of the requirements that a quadratic cost can express."""
-    moving = any("Y" in s.coordinates for s in problem.setting.subjects)
-    kept = [
-        r for r in problem.requirements
-        if r.name == CURRENTS or (r.name in GAPS and (moving or GAPS[r.name][0] == "gap"))
-    ]  # fmt: skip
-    if CURRENTS not in {r.name for r in kept}:
+def _limits(problem: MeanSquareProblem) -> tuple[tuple[Requirement, ...], np.ndarray]:
+    """The requirements that a quadratic cost can express, and their mean-square limits."""
+    found = [(r, r.mean_square(problem.setting)) for r in problem.requirements]
+    kept = [(r, square[1]) for r, square in found if square is not None]
+    if not any(isinstance(r, MeanSquareCurrents) for r, _ in kept):
         raise InputError(
-            f"a bound from below needs a limit on the {CURRENTS!r}, without which control costs nothing; "
-            f"problem {problem.name!r} has none. Add it to the requirements."
+            f"a bound from below needs a limit on the {MeanSquareCurrents.kind!r}, without which control costs "
+            f"nothing; problem {problem.name!r} has none. Add it to the requirements."
         )
-    return tuple(r.name for r in kept), np.array([r.limit if r.name == CURRENTS else r.limit**2 for r in kept])
+    return tuple(r for r, _ in kept), np.array([limit for _, limit in kept])
 
 
 def _intensity(setting: Setting) -> np.ndarray:
@@ -251,20 +246,14 @@ def _filter_states(setting: Setting, system: Driven) -> int:
     return len(system.arrivals) * sum(map(len, filters))
 
 
-def _rows(setting: Setting, system: Driven, names) -> list[np.ndarray]:
+def _rows(setting: Setting, system: Driven, limited: Sequence[Requirement]) -> list[np.ndarray]:
     """Rows of each quadratic cost over the driven system's states: J first, then the limits'."""
     felt = [row for (_, point), row in system.weighted.items() if point in COST_POINTS]
     out = [np.array(felt).reshape(-1, len(system.A)) * math.sqrt(COST_SCALE) / GRAVITY]
-    for name in names:
-        if name == CURRENTS:
-            out.append(system.rows(numbered("current", setting.law.count)))
-        else:
-            kind, end = GAPS[name]
-            out.append(system.rows([f"{kind}_{setting.ends[end] + 1}"]))
-    return out
+    return out + [system.rows(square[0]) for r in limited if (square := r.mean_square(setting)) is not None]
 
 
-def _regulator(setting: Setting, subject: Subject, names, noise: bool) -> PreviewRegulator:
+def _regulator(setting: Setting, subject: Subject, limited: Sequence[Requirement], noise: bool) -> PreviewRegulator:
     """The group with its currents as the control: the lagged currents' states taken out and put in as inputs."""
     plant = _with_current_states(subject)
     system = driven(setting, subject, plant)
@@ -272,7 +261,7 @@ def _regulator(setting: Setting, subject: Subject, names, noise: bool) -> Previe
     free = [start + i for i, name in enumerate(plant.states) if name in set(_current_states(subject)) or name not in
             subject.plant.states]  # fmt: skip
     rest = [i for i in range(len(system.A)) if i not in set(free)]
-    costs = [Cost(rows[:, rest], rows[:, free]) for rows in _rows(setting, system, names)]
+    costs = [Cost(rows[:, rest], rows[:, free]) for rows in _rows(setting, system, limited)]
     measured = None
     if noise:
         states = start + len(plant.states) - len(free)

@@ -10,6 +10,7 @@ how far. The fraction of order 6 is right to 3e-7 rad at a turn of 3 rad and to 
 
 import numpy as np
 
+from workbench.goals.ride.damping_ratio import damping_slope
 from workbench.lti.eigen import eigen
 
 ORDER = 6
@@ -61,10 +62,3 @@ class Delayed:
             ratios.append(ratio[worst])
             slopes.append(damping_slope(values[worst], by_A + by_c))
         return np.concatenate(ratios), np.concatenate(slopes)
-
-
-def damping_slope(values: np.ndarray, slopes: np.ndarray) -> np.ndarray:
-    """(k, 17) derivatives of −Re λ/|λ| from eigenvalues (k,) and their derivatives (k, 17)."""
-    size = np.abs(values)
-    turned = (values.conj()[:, None] * slopes).real
-    return -slopes.real / size[:, None] + (values.real / size**3)[:, None] * turned

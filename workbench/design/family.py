@@ -16,7 +16,7 @@ import numpy as np
 
 from workbench.control.gains import GAIN_NAMES, TIME_CONSTANTS, Gains
 from workbench.design.measures import STEERING, Grid
-from workbench.design.model import STABILITY, Model
+from workbench.design.model import Model
 from workbench.design.problem import Problem
 from workbench.design.steering import TYPICAL, Programme
 from workbench.design.unseen import Unseen
@@ -207,8 +207,8 @@ class Family(Generic[ChartT]):
         return replace(self, members=(*self.members, *map(self._member, models)), chart=chart)
 
     def _member(self, model: Model) -> Member:
-        margins_alone = self.cost == "nominal" and {r.name for r in model.problem.requirements} <= set(STABILITY)
-        grid = MARGIN_GRID if margins_alone else STEERING
+        margins_alone = all(r.margin_alone for r in model.problem.requirements)
+        grid = MARGIN_GRID if margins_alone and self.cost == "nominal" else STEERING
         return Member(model, Programme(model.problem, back_off=self.back_off, grid=grid))
 
     def _with(self, change: Callable[[int, Programme], Programme]) -> tuple[Member, ...]:
@@ -216,9 +216,9 @@ class Family(Generic[ChartT]):
 
     # ---- what `solve` asks
 
-    def with_sensitivity(self, factor: float) -> "Family[ChartT]":
-        """With a multiple of every model's bound on the peak sensitivity."""
-        members = self._with(lambda _, programme: programme.with_sensitivity(factor))
+    def with_relaxed(self, factor: float) -> "Family[ChartT]":
+        """With every model's limits a factor looser, of what a search begins so."""
+        members = self._with(lambda _, programme: programme.with_relaxed(factor))
         same = all(a.programme is b.programme for a, b in zip(members, self.members, strict=True))
         return self if same else replace(self, members=members)
 

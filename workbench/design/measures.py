@@ -26,6 +26,8 @@ from workbench.control.loop import Subject
 from workbench.design.delayed import Delayed
 from workbench.design.kernel import Shape, kernel, plant_column
 from workbench.design.noise import mean_squares
+from workbench.goals.ride.evaluated import Responses, Values, gap_rows
+from workbench.goals.ride.motor_current import MOTOR_SQUARES
 from workbench.lti.eigen import eigen
 from workbench.lti.signals import numbered
 from workbench.machine.budget import heed
@@ -33,7 +35,6 @@ from workbench.physics.guideway.irregularity import TYPES, phasors
 
 ABSOLUTE_SMOOTHING = 1e-6  # [m/(m/s²)] in √(x² + ε²): 2e-8 m of 10 mm, far below any digit of a limit
 ENDS = ("front", "rear")
-MOTOR_SQUARES = ("motor d", "motor q")
 MOTOR_CURRENTS = ("current_motor_d_right", "current_motor_q_right")
 GAPS = tuple(f"{kind}, {end}" for kind in ("gap", "lateral gap") for end in ENDS)
 
@@ -83,27 +84,6 @@ STEERING = Grid.over(
     ),
     5,
 )
-
-
-@dataclass(frozen=True, slots=True)
-class Values:
-    """Values (k,) with their Jacobian (k, 17)."""
-
-    value: np.ndarray
-    gradient: np.ndarray
-
-
-@dataclass(frozen=True, slots=True)
-class Responses:
-    """What the frequency responses of a group give at one theta.
-
-    mean : mean squares of the classes;  peak : σ_max(S)² at every node
-    densities : unweighted acceleration densities [(m/s²)²/Hz] at every node, by class
-    """
-
-    mean: Values
-    peak: Values
-    densities: Mapping[str, Values]
 
 
 class GroupMeasures:
@@ -285,12 +265,6 @@ def _unit(names: Sequence[str], wanted: Sequence[str]) -> np.ndarray:
     for i, name in enumerate(wanted):
         rows[i, names.index(name)] = 1.0
     return rows
-
-
-def gap_rows(setting: Setting) -> dict[str, tuple[str, ...]]:
-    """Outputs "gap_…" and "gap_lateral_…" of the right-hand sets; those on the left move as much."""
-    right = [i + 1 for i, (_, y) in enumerate(setting.law.positions) if y > 0]
-    return {kind: tuple(f"{kind}_{i}" for i in right) for kind in ("gap", "gap_lateral")}
 
 
 def static_error_function(setting: Setting) -> ca.Function:

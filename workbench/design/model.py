@@ -16,8 +16,9 @@ import numpy as np
 from workbench.control import GAIN_NAMES, Gains
 from workbench.control.gains import LATERAL, VERTICAL
 from workbench.design.problem import Problem
-from workbench.design.requirement import STABLE_DECAY, Requirement
 from workbench.errors import InputError, unknown_name
+from workbench.goals.ride.decay_rate import STABLE_DECAY, DecayRate
+from workbench.goals.ride.requirement import Requirement
 from workbench.result import Result, Row, figure
 
 # parameter to (unit, nominal value; None for that of the problem)
@@ -28,7 +29,6 @@ PARAMETERS: dict[str, tuple[str, float | None]] = {
 }  # fmt: skip
 # Of all sensors of one direction reading too much; the same as their filter gains being as much too large.
 SENSORS = {"vertical_sensors": VERTICAL, "lateral_sensors": LATERAL}
-STABILITY = ("damping ratio", "decay rate", "peak sensitivity", "delay margin")  # asked of every model unless told
 COSTS = ("nominal", "worst", "mean")
 ALL_VERTICES = 9  # up to so many parameters every vertex is looked at, 512 of them
 DRAWN = 128  # vertices of a larger box that are looked at besides the middle of every face
@@ -114,7 +114,7 @@ class Variation:
     """What varies, and what must hold wherever.
 
     box : intervals, None for named models alone;  models : name to values, always looked at
-    requirements : what every model must keep; the problem's own limits of `STABILITY` if left out
+    requirements : what every model must keep; the problem's own margins if left out
     cost : whose J is made small: the "nominal" vehicle's, the "worst" of the models looked at, or their "mean"
     """
 
@@ -139,8 +139,8 @@ class Variation:
     def asked(self, problem: Problem) -> tuple[Requirement, ...]:
         """What every model must keep; its stability, where nothing else that an unstable loop lacks is asked."""
         own = self.requirements
-        asked = tuple(r for r in problem.requirements if r.name in STABILITY) if own is None else own
-        return asked or (Requirement("decay rate", STABLE_DECAY),)
+        asked = tuple(r for r in problem.requirements if r.margin_alone) if own is None else own
+        return asked or (DecayRate(STABLE_DECAY),)
 
 
 def model_of(

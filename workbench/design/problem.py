@@ -21,7 +21,6 @@ from workbench.control.structure.block import Block
 from workbench.control.structure.loop import Loop
 from workbench.control.structure.structure import Structure
 from workbench.design.models import Maker, VehicleModels, maker_of
-from workbench.design.requirement import MOTOR_CURRENT, RIDE_MASKS
 from workbench.design.tuner.programme import distinct
 from workbench.errors import InputError, unknown_name
 from workbench.lti.model import Model
@@ -30,9 +29,9 @@ from workbench.result import Result, Row
 
 if TYPE_CHECKING:
     from workbench.design.model import Variation
-    from workbench.design.requirement import Requirement
     from workbench.design.scheduled import Plan
     from workbench.goals.goal import Goal
+    from workbench.goals.ride.requirement import Requirement
     from workbench.physics.vehicle import Vehicle
 
 
@@ -79,7 +78,7 @@ class Problem(Result):
             object.__setattr__(self, "structure", _structure(self.structure, self.systems))
         if isinstance(self.models, VehicleModels):
             for goal in self.requirements:
-                _check_required(self, goal.name)
+                goal.check(self.name, self.setting)
         else:
             object.__setattr__(self, "goals", distinct(self.goals))
             _ = self.loops  # refuses what does not fit together
@@ -237,26 +236,3 @@ def _structure(given: Block | Sequence[Block], systems: Sequence[Model]) -> Stru
             f"{', '.join(sorted(made))}. Mend the names."
         )
     return Structure(blocks, tuple(outside))
-
-
-def _check_required(problem: Problem, name: str) -> None:
-    """Refuses a requirement on what the vehicle or its groups do not have: it could only be met by not looking."""
-    setting = problem.setting
-    if name == MOTOR_CURRENT and setting.motor is None:
-        raise InputError(
-            f"{name!r} can be required only of a vehicle whose motor is part of its control; "
-            f"problem {problem.name!r} has none. Describe the motor in a block [motor], or drop the requirement."
-        )
-    lateral, groups = "lateral" in name, ", ".join(setting.groups)
-    if lateral and not {"sway_roll_yaw", "all"} & set(setting.groups):
-        raise InputError(
-            f"{name!r} can be required only where the vehicle moves sideways; problem {problem.name!r} looks at "
-            f"{groups}. Add the group sway_roll_yaw, or drop the requirement."
-        )
-    aside = any(y != 0 for _, y, _ in setting.points.values())
-    rolls_alone = set(setting.groups) == {"sway_roll_yaw"}
-    if name in RIDE_MASKS and not lateral and rolls_alone and not aside:
-        raise InputError(
-            f"{name!r} can be required only where a point of the ride moves up and down; problem {problem.name!r} "
-            f"looks at {groups}. Add the group heave_pitch or a point beside the middle, or drop the requirement."
-        )

@@ -6,9 +6,8 @@ what was looked at: (analysis, verdicts) of each --the one that misses least--> 
 from collections.abc import Sequence
 
 from workbench.analysis.analysis import Analysis
-from workbench.design.requirement import Requirement
 from workbench.errors import InfeasibleError
-from workbench.goals.verdict import Verdict
+from workbench.goals.verdict import Verdict, shortfall
 
 NAMED = 4  # requirements at most in one sentence
 
@@ -42,7 +41,7 @@ def miss(verdict: Verdict) -> float:
     """By which fraction of its limit a verdict misses; infinite without a value."""
     if verdict.value is None:
         return float("inf")
-    return Requirement(verdict.name, verdict.limit).shortfall(verdict.value)
+    return shortfall(verdict.sense, verdict.limit, verdict.value)
 
 
 def in_words(verdicts: Sequence[Verdict], place: str = "") -> str:

@@ -18,16 +18,16 @@ from workbench.control import GAIN_NAMES
 from workbench.control.schedule import Schedule
 from workbench.design.design import Design, Start, design
 from workbench.design.family import Family, PolynomialChart
-from workbench.design.model import STABILITY, Model
+from workbench.design.model import Model
 from workbench.design.problem import Problem
 from workbench.design.record import given
 from workbench.design.refusal import in_words
-from workbench.design.requirement import Requirement
 from workbench.design.solve import finish
 from workbench.design.speed_family import PlantFamily, plant_family
 from workbench.design.steering import Programme
 from workbench.design.verdict import margin_verdicts
 from workbench.errors import InfeasibleError, InputError
+from workbench.goals.ride.requirement import Requirement, margin_kinds
 from workbench.goals.verdict import Verdict
 from workbench.machine.budget import current, heed, keeping
 from workbench.machine.threads import one_thread
@@ -50,7 +50,7 @@ class Plan:
 
     range : speeds [m/s], the problem's own (cruise) among them;  degree : of the polynomials
     points : speeds tuned at first;  dense : speeds of the check, equally spaced
-    requirements : margins kept at every speed, of `model.STABILITY`
+    requirements : margins kept at every speed, of `margin_kinds()`
     """
 
     range: tuple[float, float]
@@ -68,10 +68,10 @@ class Plan:
                 "a schedule takes degree 0 … 6, 2 … 60 points and at least as many speeds of the check; "
                 f"got {self.degree}, {self.points} and {self.dense}."
             )
-        odd = [r.name for r in self.requirements if r.name not in STABILITY]
+        odd = [r.name for r in self.requirements if not r.margin_alone]
         if odd or not self.requirements:
             raise InputError(
-                f"a schedule asks every speed for some of: {', '.join(STABILITY)}; got {', '.join(odd) or 'none'}."
+                f"a schedule asks every speed for some of: {', '.join(margin_kinds())}; got {', '.join(odd) or 'none'}."
             )
 
     @property

@@ -7,17 +7,16 @@ some digits, and a hundred times cheaper than the exact measures, which then jud
 """
 
 from collections.abc import Sequence
-from dataclasses import fields
+from dataclasses import dataclass, fields
 
 import numpy as np
 
-from workbench.analysis.batch.closing import Closing
+from workbench.analysis.batch.closing import Closed, Closing
 from workbench.analysis.batch.plants import Reading, read
-from workbench.analysis.mode import REAL
 from workbench.analysis.setting import Setting
 from workbench.control.gains import GAIN_NAMES, Gains
-from workbench.design.model import STABILITY, Model
-from workbench.design.requirement import Requirement
+from workbench.design.model import Model
+from workbench.goals.ride.requirement import MarginRequirement
 
 AT_ONCE = 128  # loops in a stack: few enough to stay in the cache
 
@@ -34,39 +33,39 @@ class Screening:
         return tuple(read(setting, s, []) for s in setting.subjects)
 
     def shortfalls(
-        self, requirements: Sequence[Requirement], models: Sequence[Model], readings, gains: Gains
+        self, requirements: Sequence[MarginRequirement], models: Sequence[Model], readings, gains: Gains
     ) -> np.ndarray:
         """(models, requirements) relative misses, negative where met; infinite where an unstable loop has no value."""
-        values = self.values(models, readings, gains)
-        out = np.array([[r.shortfall(v) for v in values[r.name]] for r in requirements]).T
+        values = self.values(requirements, models, readings, gains)
+        out = np.array([[r.shortfall(v) for v in own] for r, own in zip(requirements, values, strict=True)]).T
         return np.where(np.isnan(out), np.inf, out)
 
-    def values(self, models: Sequence[Model], readings, gains: Gains) -> dict[str, np.ndarray]:
-        """Each of `model.STABILITY`, (models,); NaN for peaks and delays of unstable loops."""
+    def values(
+        self, requirements: Sequence[MarginRequirement], models: Sequence[Model], readings, gains: Gains
+    ) -> np.ndarray:
+        """(requirements, models) their quantities; NaN for peaks and delays of unstable loops."""
         theta = np.array(list(gains.as_dict().values()))
         rows = np.array([m.scale * theta for m in models]).reshape(-1, len(GAIN_NAMES))
         parts = []
         for start in range(0, len(rows), AT_ONCE):
             some = slice(start, start + AT_ONCE)
-            parts.append(self._values(rows[some], readings[some]))
-        return {name: np.concatenate([p[name] for p in parts]) for name in STABILITY}
+            many = self._screened(rows[some], readings[some])
+            parts.append(np.array([r.screened(many) for r in requirements]).reshape(len(requirements), -1))
+        return np.concatenate(parts, axis=1)
 
-    def _values(self, theta: np.ndarray, readings) -> dict[str, np.ndarray]:
+    def _screened(self, theta: np.ndarray, readings) -> "Screened":
         closed = [c(theta, _stacked([r[k] for r in readings])) for k, c in enumerate(self._closings)]
         poles = np.concatenate([c.modes.poles for c in closed], axis=1)
-        size = np.abs(poles)
-        moving = np.abs(poles.imag) > REAL * size
-        # guide, Definitions: Poles; a real root has no damping ratio, an unstable one counts as −1
-        alone = np.where(poles.real > 0, -1.0, 1.0)
-        damping = np.where(moving, -poles.real / np.maximum(size, 1e-300), alone).min(axis=1)
-        decay = -poles.real.max(axis=1)
-        peak, delay = np.full((2, len(theta)), np.nan)
-        stable = np.flatnonzero(decay > 0)
-        if len(stable):
-            own = [c.only(stable) for c in closed]
-            peak[stable] = np.max([c.peak() for c in own], axis=0)
-            delay[stable] = np.min([c.delay()[0] for c in own], axis=0)
-        return dict(zip(STABILITY, (damping, decay, peak, delay), strict=True))
+        return Screened(poles, closed, np.flatnonzero(poles.real.max(axis=1) < 0))
+
+
+@dataclass(frozen=True, slots=True)
+class Screened:
+    """Many loops at once: what a requirement screens (`goals.ride.requirement.Screened`)."""
+
+    poles: np.ndarray
+    closed: Sequence[Closed]
+    stable: np.ndarray
 
 
 def _stacked(readings: Sequence[Reading]) -> Reading:

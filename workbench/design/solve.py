@@ -1,6 +1,6 @@
 """From one start to the wanted limits of a vehicle's programme.
 
-stable random starts --> solver with the sensitivity relaxed --> the best few: homotopy to the wanted bound
+stable random starts --> solver with limits relaxed --> the best few: homotopy to the wanted bound
                      --exchange: what exact measures see beyond the grid--> solver
 """
 
@@ -14,7 +14,7 @@ from workbench.solve.exchange import Found, exchange
 from workbench.solve.smooth import Options, Outcome, Programme, minimise
 
 COARSE = 1e-6  # of log J, at which a start counts as ended; the best are then solved to 1e-8
-RELAXED = 2.0  # multiple of the wanted peak sensitivity at which starts are compared
+RELAXED = 2.0  # multiple of the limits that are relaxed at which starts are compared
 HOMOTOPY = (1.4, 1.0)  # then these, in turn
 EXCHANGES = (
     5  # solutions of an exchange at most; each but the first adds the exact peaks, two are enough on a dense grid
@@ -24,14 +24,14 @@ Self = TypeVar("Self", bound="Steered")
 
 
 class Steered(Programme, Protocol):
-    """A programme of a vehicle, or of many: what its grid does not see can be added, its sensitivity relaxed."""
+    """A programme of a vehicle, or of many: what its grid does not see can be added, limits relaxed."""
 
     def growth(self, x: np.ndarray) -> float:
         """Largest real part of an eigenvalue [1/s]."""
         ...
 
-    def with_sensitivity(self: Self, factor: float) -> Self:
-        """With a multiple of the wanted peak sensitivity."""
+    def with_relaxed(self: Self, factor: float) -> Self:
+        """With limits a factor looser, of what a search begins so."""
         ...
 
     def unseen(self, x: np.ndarray) -> tuple:
@@ -83,8 +83,8 @@ def _stabilised(programme: Steered, x: np.ndarray) -> np.ndarray:
 
 
 def relaxed(programme: Steered, x: np.ndarray, *, solver: str = "slsqp") -> Outcome:
-    """One start with the peak sensitivity allowed to be `RELAXED` times as large as wanted."""
-    return minimise(programme.with_sensitivity(RELAXED), x, Options(solver, tolerance=COARSE))
+    """One start with limits `RELAXED` times as loose as wanted, of what a search begins so."""
+    return minimise(programme.with_relaxed(RELAXED), x, Options(solver, tolerance=COARSE))
 
 
 def finish(
@@ -92,11 +92,11 @@ def finish(
 ) -> tuple[Outcome, Self]:
     """From a relaxed solution to the wanted limits; what exact measures see and the grid does not is added until none.
 
-    factors : multiples of the allowed peak sensitivity, solved in turn; the last is 1
+    factors : multiples of the relaxed limits, solved in turn; the last is 1
     """
     options, before = Options(solver), 0
     for factor in factors[:-1]:
-        relaxed = programme.with_sensitivity(factor)
+        relaxed = programme.with_relaxed(factor)
         if relaxed is not programme:
             outcome = minimise(relaxed, x, options)
             x, before = outcome.x, before + outcome.evaluations

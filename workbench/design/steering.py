@@ -12,20 +12,20 @@ from functools import cached_property
 
 import numpy as np
 
-from workbench.analysis.analysis import COST_POINTS
 from workbench.compiled import Buffered
-from workbench.constants import GRAVITY
 from workbench.control.gains import GAIN_NAMES, TIME_CONSTANTS, Gains
 from workbench.design.measures import STEERING, Grid, GroupMeasures, static_error_function
 from workbench.design.problem import Problem
-from workbench.design.requirement import Requirement, strictest
-from workbench.design.rows import ROWS, Evaluated
 from workbench.design.unseen import Calibrated, Unseen, Watched, unseen
 from workbench.errors import InputError
+from workbench.goals.goal import Rows
+from workbench.goals.ride.cost import RideCost
+from workbench.goals.ride.decay_rate import STABLE
+from workbench.goals.ride.evaluated import Evaluated
+from workbench.goals.ride.requirement import Requirement, strictest
 from workbench.solve.smooth import Point
 
 ROUNDING = 1e-9  # of the width of a bound: a logarithm and a product away from the gain as given
-COST_SCALE = 1e4  # J = 10⁴ Σ mean squares in g²
 TYPICAL = {
     "K_h": 1.0, "K_hdot": 0.2, "K_hp": 1.0, "K_hpdot": 0.2,
     "K_zddot": 0.05, "K_zdot": 0.2, "K_yddot": 0.05, "K_ydot": 0.2,
@@ -42,7 +42,7 @@ class Measured:
 
     cost: float
     cost_slope: np.ndarray
-    rows: list[tuple[str, np.ndarray, np.ndarray]]
+    rows: Rows
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -52,7 +52,7 @@ class Programme:
     Parameters
     ----------
     back_off : relative distance kept from every limit
-    sensitivity_limit : bound on the peak sensitivity; the problem's own if left out
+    relaxation : multiple of the limits of what a search begins with a looser limit of
     grid : frequencies of the quadrature and of the sensitivity
     groups, static : measures of each group, with the frequencies watched beside the grid's; of rest. Made if left out
     factors : of mean squares by class: what the grid was off from an exact measure
@@ -60,7 +60,7 @@ class Programme:
 
     problem: Problem
     back_off: float = 0.002
-    sensitivity_limit: float | None = None
+    relaxation: float = 1.0
     grid: Grid = STEERING
     groups: tuple[GroupMeasures, ...] = ()
     static: Buffered | None = None
@@ -74,12 +74,16 @@ class Programme:
             )
             object.__setattr__(self, "groups", tuple(made))
             object.__setattr__(self, "static", Buffered(static_error_function(self.problem.setting)))
-        object.__setattr__(self, "sensitivity_limit", self.sensitivity_limit or self.limits.get("peak sensitivity"))
 
     @cached_property
-    def limits(self) -> dict[str, float]:
-        """The strictest limit of each requirement."""
-        return strictest(self.problem.requirements)
+    def asked(self) -> dict[str, Requirement]:
+        """Of each kind the strictest requirement; relaxed where it is one of those and the programme is."""
+        found = strictest(self.problem.requirements)
+        return {name: r.relaxed(self.relaxation) if r.relaxed_first else r for name, r in found.items()}
+
+    @cached_property
+    def _cost(self) -> RideCost:
+        return next((g for g in self.problem.goals if isinstance(g, RideCost)), RideCost())
 
     @cached_property
     def free(self) -> list[int]:
@@ -98,14 +102,14 @@ class Programme:
     def _base(self) -> np.ndarray:
         return np.array([self.problem.fixed.get(name, 1.0) for name in GAIN_NAMES])
 
-    def with_sensitivity(self, factor: float) -> "Programme":
-        """With a multiple of the problem's bound on the peak sensitivity, where it has one (for a homotopy)."""
-        wanted = self.limits.get("peak sensitivity")
-        return replace(self, sensitivity_limit=wanted * factor) if wanted else self
+    def with_relaxed(self, factor: float) -> "Programme":
+        """With limits a factor looser, of what a search begins so (for a homotopy); itself where nothing is."""
+        relaxable = any(r.relaxed_first for r in self.problem.requirements)
+        return replace(self, relaxation=factor) if relaxable else self
 
     def with_requirements(self, requirements: Sequence[Requirement]) -> "Programme":
         """With other limits of the same setting; what was added stays."""
-        return replace(self, problem=self.problem.with_requirements(requirements), sensitivity_limit=None)
+        return replace(self, problem=self.problem.with_requirements(requirements), relaxation=1.0)
 
     def with_back_off(self, back_off: float) -> "Programme":
         """With another relative distance kept from every limit."""
@@ -212,14 +216,8 @@ class Programme:
     def measure(self, theta: np.ndarray) -> Measured:
         """Cost and constraint rows at the seventeen parameters, with their derivatives."""
         at = self.evaluated(theta)
-        limits = {"decay rate": 0.0, **self.limits}  # a loop must be stable, whatever is asked
-        if self.sensitivity_limit:
-            limits["peak sensitivity"] = self.sensitivity_limit
-        rows = [row for name, limit in limits.items() for row in ROWS[name](at, name, limit)]
-        felt = [name for name in at.squares if _felt(name)]
-        cost = COST_SCALE / GRAVITY**2 * sum(at.squares[name] for name in felt)
-        cost_slope = COST_SCALE / GRAVITY**2 * sum(at.slopes[name] for name in felt)
-        return Measured(float(cost), np.asarray(cost_slope), rows)
+        asked = {STABLE.name: STABLE, **self.asked}  # a loop must be stable, whatever is asked
+        return Measured(*self._cost.cost(at), [row for r in asked.values() for row in r.steer(at)])
 
     def evaluated(self, theta: np.ndarray) -> Evaluated:
         """Responses and mean squares at the seventeen parameters, and what else is asked of them."""
@@ -234,11 +232,6 @@ class Programme:
         return Evaluated(
             self.problem.setting, self.groups, theta, self.back_off, responses, squares, slopes, self.static
         )
-
-
-def _felt(name: str) -> bool:
-    """Whether a class of outputs counts in the cost."""
-    return name.startswith("acceleration") and name.rsplit(", ", 1)[1] in COST_POINTS
 
 
 def _check(problem: Problem) -> None:
@@ -258,6 +251,3 @@ def _check(problem: Problem) -> None:
     for name in TIME_CONSTANTS:
         if problem.fixed.get(name, 1.0) <= 0:
             raise InputError(f"{name} must be positive in a design; got {problem.fixed[name]!r} s under [fixed].")
-    for r in problem.requirements:
-        if r.name not in ROWS:
-            raise InputError(f"{r.name!r} is not steered; add it to design.rows.ROWS.")

@@ -25,10 +25,10 @@ from workbench.design.design import (
     refine,
 )  # fmt: skip
 from workbench.design.problem import Problem
-from workbench.design.requirement import QUANTITIES, Requirement
 from workbench.design.solve import HOMOTOPY, finish, relaxed
 from workbench.design.steering import Programme
-from workbench.errors import InfeasibleError, InputError, unknown_name
+from workbench.errors import InfeasibleError, InputError
+from workbench.goals.ride.requirement import requirement, requirement_class
 from workbench.machine.threads import one_thread
 from workbench.result import Result, Row
 from workbench.solve.multistart import ends
@@ -77,14 +77,12 @@ def trade_off(
     workers : processes for the valleys, as of `design`
     on_limit : called with each limit and the cost found there on the way to the tightest
     """
-    if quantity not in QUANTITIES:
-        raise unknown_name("requirement", quantity, QUANTITIES)
+    swept = requirement_class(quantity)
     if not limits:
         raise InputError("a trade-off needs at least one limit; got none.")
     if len(set(limits)) < len(limits):
         raise InputError(f"the limits of a trade-off must differ; got {', '.join(f'{x:g}' for x in limits)}.")
-    sense, unit = QUANTITIES[quantity][:2]
-    order = sorted(limits, reverse=sense == "<=")
+    order = sorted(limits, reverse=swept.sense == "<=")
     check_starts(starts)
     with one_thread():
         problems = [with_limit(problem, quantity, limit) for limit in order]
@@ -116,7 +114,7 @@ def trade_off(
             if cheaper or leads[k] != leads[k + 1]:
                 found[k] = better(problems[k], own, tighter)
     return TradeOff(
-        quantity=quantity, unit=unit, limits=tuple(order), costs=tuple(map(_cost, found)),
+        quantity=quantity, unit=swept.unit, limits=tuple(order), costs=tuple(map(_cost, found)),
         gains=tuple(d and d.gains for d in found),
         reasons=tuple("" if d else reasons[limit] for d, limit in zip(found, order, strict=True)),
     )  # fmt: skip
@@ -153,7 +151,7 @@ def _at(problem: Problem, programme: Programme, known, outcomes: list[Outcome], 
 def with_limit(problem: Problem, quantity: str, limit: float) -> Problem:
     """The problem with one limit on a quantity in place of its own."""
     others = [r for r in problem.requirements if r.name != quantity]
-    return problem.with_requirements([*others, Requirement(quantity, limit)])
+    return problem.with_requirements([*others, requirement(quantity, limit)])
 
 
 def better(problem: Problem, own: Design | None, tighter: Design | None) -> Design | None:

@@ -12,11 +12,11 @@ import numpy as np
 
 from workbench.analysis.analysis import analyse
 from workbench.control import Gains
-from workbench.design.model import SENSORS, STABILITY, Box, Model, Variation, model_of, sentence
+from workbench.design.model import SENSORS, Box, Model, Variation, model_of, sentence
 from workbench.design.problem import Problem
-from workbench.design.requirement import Requirement
 from workbench.design.screening import Screening
 from workbench.design.verdict import margin_verdicts, verdicts
+from workbench.goals.ride.requirement import Requirement
 from workbench.goals.verdict import Verdict
 from workbench.machine.budget import heed
 from workbench.result import Result, Row
@@ -46,7 +46,7 @@ class Search:
         self.problem, self.variation = problem, variation
         self.asked = variation.asked(problem)
         self._seed, self._plants, self._readings = seed, {}, {}
-        self._screening = Screening(problem.setting) if {r.name for r in self.asked} <= set(STABILITY) else None
+        self._screening = Screening(problem.setting) if all(r.margin_alone for r in self.asked) else None
         self.looked_at = 0
 
     def model(self, values: Mapping[str, float], name: str = "") -> Model:
@@ -133,7 +133,7 @@ def _distinct(each: Sequence[Mapping[str, float]]) -> list[Mapping[str, float]]:
 def judged_model(model: Model, gains: Gains) -> tuple[Verdict, ...]:
     """One exact verdict for each of the model's requirements, its sensors reading as they do."""
     own, problem = model.gains(gains), model.problem
-    if {r.name for r in problem.requirements} <= set(STABILITY):
+    if all(r.margin_alone for r in problem.requirements):
         return margin_verdicts(problem, own)
     each = verdicts(problem, analyse(problem.setting, own, model.name))
     return tuple(

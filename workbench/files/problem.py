@@ -15,10 +15,9 @@ from workbench.analysis.setting import MotorPoint, Setting
 from workbench.constants import GRAVITY
 from workbench.control import Gains, ModalLaw
 from workbench.control.schedule import Schedule
-from workbench.design.model import STABILITY, Box, Variation
+from workbench.design.model import Box, Variation
 from workbench.design.models import VehicleModels, vehicle_structure
 from workbench.design.problem import Problem
-from workbench.design.requirement import QUANTITIES, Requirement
 from workbench.design.scheduled import Plan
 from workbench.errors import InfeasibleError, InputError, unknown_name
 from workbench.files.digest import check_digest
@@ -34,6 +33,8 @@ from workbench.files.physics import (
 from workbench.files.problem_code import maker
 from workbench.files.schema import ProblemFile
 from workbench.files.table import sentence
+from workbench.goals.ride.cost import RideCost
+from workbench.goals.ride.requirement import Requirement, limit_keys, requirement_of
 from workbench.machine.reading import read_mapping, read_text
 from workbench.physics.guideway.irregularity import TYPES
 from workbench.physics.guideway.roughness import Roughness
@@ -230,7 +231,7 @@ class ProblemData:
         return operating_point(vehicle, conditions, balance=self._balance, carried=False)
 
     def requirements(self) -> tuple[Requirement, ...]:
-        """The limits in SI units, in the order of `QUANTITIES`."""
+        """The limits in SI units, in the order in which kinds are registered."""
         return _limits(self.file.requirements.limits() if self.file.requirements else None) or ()
 
     def points(self) -> dict[str, tuple[float, float, float]]:
@@ -304,7 +305,7 @@ class ProblemData:
         setting = self.setting(vehicle)
         approved = Gains.from_mapping(fixed) if not bounds else self.approved
         return Problem(
-            name=self.name, title=d.problem.title, goals=self.requirements(), approved=approved,
+            name=self.name, title=d.problem.title, goals=(*self.requirements(), RideCost()), approved=approved,
             models=VehicleModels(setting=setting, vehicle=vehicle, rebuild=self.setting, elsewhere=self.elsewhere),
             structure=vehicle_structure(setting.law, bounds, fixed, approved),
             variation=self.variation(), plan=self.plan(),
@@ -329,7 +330,7 @@ class ProblemData:
         s = self.file.schedule
         if s is None:
             return None
-        asked = _limits(s.limits) or tuple(r for r in self.requirements() if r.name in STABILITY)
+        asked = _limits(s.limits) or tuple(r for r in self.requirements() if r.margin_alone)
         return Plan(range=s.range_m_s, requirements=asked, degree=s.degree, points=s.points, dense=s.checked_speeds)
 
 
@@ -337,9 +338,7 @@ def _limits(given: dict[str, float] | None) -> tuple[Requirement, ...] | None:
     """Limits under the keys of data files, as requirements; None where none are given."""
     if not given:
         return None
-    return tuple(
-        Requirement(name, given[key] * factor) for name, (_, _, key, factor) in QUANTITIES.items() if key in given
-    )
+    return tuple(requirement_of(key, given[key]) for key in limit_keys() if key in given)
 
 
 def _source(block) -> str:

@@ -5,10 +5,10 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from workbench.control.gains import GAIN_NAMES
-from workbench.design.model import PARAMETERS, STABILITY
-from workbench.design.requirement import QUANTITIES
+from workbench.design.model import PARAMETERS
 from workbench.files.block import Block, Finite, NotNegative, Positive, Source, Switch
 from workbench.files.physics import CornerBlock, ForceLawBlock, OperatingPointBlock, VehicleBlock
+from workbench.goals.ride.requirement import limit_keys, margin_kinds
 
 Interval = tuple[Finite, Finite]
 
@@ -116,7 +116,7 @@ class PointsBlock(Block):
 
 
 class RequirementsBlock(BaseModel):
-    """Limits under the keys of `design.requirement.QUANTITIES`; each positive."""
+    """Limits under the keys of registered requirements (`goals.ride.requirement.limit_keys`); each positive."""
 
     model_config = ConfigDict(extra="allow", frozen=True)
     source: Source
@@ -125,10 +125,9 @@ class RequirementsBlock(BaseModel):
     @model_validator(mode="after")
     def known(self) -> "RequirementsBlock":
         """Only quantities that can be judged."""
-        keys = {key for _, _, key, _ in QUANTITIES.values()}
         for name in self.limits():
-            if name not in keys:
-                raise ValueError(_unknown("requirement", name, keys))
+            if name not in limit_keys():
+                raise ValueError(_unknown("requirement", name, limit_keys()))
         return self
 
     def limits(self) -> dict[str, float]:
@@ -206,7 +205,7 @@ class VariationBlock(Block):
     @model_validator(mode="after")
     def known(self) -> "VariationBlock":
         """Intervals that rise, of something, and limits of quantities that can be judged."""
-        _check_limits(self.limits, {key for _, _, key, _ in QUANTITIES.values()})
+        _check_limits(self.limits, set(limit_keys()))
         for name, (low, high) in self.intervals().items():
             if not low < high:
                 raise ValueError(f"the interval of {name} must rise; got [{low:g}, {high:g}]")
@@ -234,7 +233,7 @@ class ScheduleBlock(Block):
         low, high = self.range_m_s
         if not low < high:
             raise ValueError(f"range_m_s must rise; got [{low:g}, {high:g}]")
-        _check_limits(self.limits, {QUANTITIES[name][2] for name in STABILITY})
+        _check_limits(self.limits, set(limit_keys(margin_kinds())))
         return self
 
 

@@ -221,6 +221,9 @@ class Goal:
         usual = {f.name: self._usual_name() if f.name == "name" else f.default for f in fields(self)}
         return {n: v for n, v in found.items() if usual[n] is MISSING or not np.array_equal(v, usual[n])}
 
+    def check(self, problem: str, setting: Any) -> None:
+        """Refuses a goal on what the plant of a problem does not have; loops refuse names that they do not know."""
+
     # ---- to steer, to judge, to promise
 
     def bind(self, loop: "Loop") -> "Bound":

@@ -5,6 +5,9 @@ from workbench.analysis.loop_curve import loop_curves
 from workbench.analysis.spectra import response_spectra
 from workbench.design.design import Design
 from workbench.design.tradeoff import TradeOff
+from workbench.goals.ride.damping_ratio import DampingRatio
+from workbench.goals.ride.decay_rate import DecayRate
+from workbench.goals.ride.peak_sensitivity import PeakSensitivity
 from workbench.plots.design import plot_roots
 from workbench.plots.nyquist import plot_nyquist
 from workbench.plots.spectra import plot_acceleration
@@ -20,12 +23,12 @@ def plot_overview(design: Design, curve: TradeOff | None = None):
     limits = {r.name: r.limit for r in design.problem.requirements}
     setting, gains = design.problem.setting, design.gains
     plot_roots(
-        design.analysis.modes, damping=limits.get("damping ratio"), decay=limits.get("decay rate"), ax=axes[0, 0]
+        design.analysis.modes, damping=limits.get(DampingRatio.kind), decay=limits.get(DecayRate.kind), ax=axes[0, 0]
     )
     peaks = {group: peak.value for group, peak in design.analysis.peak_sensitivity.items() if peak is not None}
     tightest = max(peaks, key=lambda group: peaks[group])
     curves = [c for c in loop_curves(setting, gains) if c.group == tightest or len(peaks) == 1]
-    plot_nyquist(curves, peak_sensitivity=limits.get("peak sensitivity"), ax=axes[0, 1])
+    plot_nyquist(curves, peak_sensitivity=limits.get(PeakSensitivity.kind), ax=axes[0, 1])
     spectra = response_spectra(setting, gains)
     plot_acceleration(spectra, "lateral", masks=[mask_for("lateral")], ax=axes[1, 0])
     if curve is None:

@@ -8,10 +8,10 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from workbench.design.requirement import QUANTITIES
 from workbench.errors import InputError, unknown_name
 from workbench.files.block import Finite, Positive
 from workbench.files.problem import read_gains, read_schedule, shipped_problems
+from workbench.goals.ride.requirement import limit_keys, requirement_of
 from workbench.machine.reading import read_mapping
 from workbench.study.definition import MOST_PARAMETERS, MOST_ROWS, Limit, Parameter, Study, Sweep
 
@@ -120,11 +120,10 @@ class ParetoBlock(_Table):
 
     def sweep(self) -> Sweep:
         """The record, in SI units."""
-        known = {key: (name, factor) for name, (_, _, key, factor) in QUANTITIES.items()}
-        if self.requirement not in known:
-            raise unknown_name("requirement", self.requirement, known)
-        name, factor = known[self.requirement]
-        return Sweep(requirement=name, limits=tuple(factor * limit for limit in self.limits))
+        if self.requirement not in limit_keys():
+            raise unknown_name("requirement", self.requirement, limit_keys())
+        each = [requirement_of(self.requirement, limit) for limit in self.limits]
+        return Sweep(requirement=each[0].name, limits=tuple(r.limit for r in each))
 
 
 class StudyFile(_Table):

@@ -13,11 +13,10 @@ import numpy as np
 
 from workbench.control import Gains
 from workbench.design.problem import Problem
-from workbench.design.requirement import QUANTITIES
 from workbench.design.tradeoff import trade_off
-from workbench.errors import unknown_name
+from workbench.goals.ride.requirement import requirement_class
 from workbench.study.definition import Limit, Study, Sweep
-from workbench.study.quantity import OF_REQUIREMENT, document_of, limited, value_at
+from workbench.study.quantity import document_of, limited, of_requirement, value_at
 from workbench.study.store import Piece
 
 # What a front is drawn over, all to be small: name to the quantities of which the largest counts
@@ -35,9 +34,7 @@ def plan(study: Study) -> list[tuple[str, float]]:
 
 
 def _loosest_first(sweep: Sweep) -> list[float]:
-    if sweep.requirement not in QUANTITIES:
-        raise unknown_name("requirement", sweep.requirement, QUANTITIES)
-    return sorted(sweep.limits, reverse=QUANTITIES[sweep.requirement][0] == "<=")
+    return sorted(sweep.limits, reverse=requirement_class(sweep.requirement).sense == "<=")
 
 
 def swept(
@@ -82,7 +79,7 @@ def limits_by_row(study: Study, problem: Problem, limits: Sequence[Limit]) -> di
     out = {limit: np.array([limit.quantity not in own for own in names]) for limit in limits}
     for k, (requirement, value) in enumerate(rows):
         for quantity in names[k]:
-            limit = Limit(quantity=quantity, sense=QUANTITIES[requirement][0], value=value)
+            limit = Limit(quantity=quantity, sense=requirement_class(requirement).sense, value=value)
             out[limit] = out.get(limit, np.zeros(len(rows), bool)) | (np.arange(len(rows)) == k)
     return {limit: held for limit, held in out.items() if held.any()}
 
@@ -95,9 +92,9 @@ def objectives(columns: dict[str, list[Any]]) -> tuple[list[str], np.ndarray]:
     wanted = {name: (parts, 1.0) for name, parts in OBJECTIVES.items()}
     for requirement in dict.fromkeys(columns["requirement"]):
         if requirement not in wanted:
-            large = QUANTITIES[requirement][0] == ">="
+            large = requirement_class(requirement).sense == ">="
             wanted[f"minus {requirement}" if large else requirement] = (
-                OF_REQUIREMENT[requirement],
+                of_requirement(requirement),
                 -1.0 if large else 1.0,
             )
     names, values = [], []

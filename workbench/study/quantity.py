@@ -15,36 +15,15 @@ from workbench.analysis.full import full_analysis
 from workbench.control import Gains
 from workbench.control.gains import GAIN_NAMES
 from workbench.design.problem import Problem
-from workbench.design.requirement import MOTOR_CURRENT, Requirement
-from workbench.design.verdict import verdicts
 from workbench.errors import InputError
+from workbench.goals.ride.flown import Flown
+from workbench.goals.ride.peak_sensitivity import PeakSensitivity
+from workbench.goals.ride.requirement import required_kinds, requirement
 from workbench.lti.margin import ChannelMargin
-from workbench.study.batch import DELAY
 from workbench.study.definition import Limit
 
+GROUPS = ("heave_pitch", "sway_roll_yaw")
 FULL = ("margins", "comfort")  # parts of the JSON that only the full analysis has
-# quantity: requirement whose judge measures it
-JUDGED = {
-    DELAY: "delay margin",
-    "ride_mask_ratio.vertical": "vertical ride mask ratio",
-    "ride_mask_ratio.lateral": "lateral ride mask ratio",
-}
-# requirement: quantities it limits; the peak sensitivity has one for each group of motion
-OF_REQUIREMENT = {
-    "damping ratio": ("damping",),
-    "decay rate": ("decay",),
-    **{name: (quantity,) for quantity, name in JUDGED.items()},
-    "rms gap, front": ("rms.gap.front",),
-    "rms gap, rear": ("rms.gap.rear",),
-    "rms lateral gap, front": ("rms.gap_lateral.front",),
-    "rms lateral gap, rear": ("rms.gap_lateral.rear",),
-    "sum of mean square currents": ("sum_alpha_squared",),
-    "static gap error from bias": ("static_error.gap",),
-    "static lateral gap error from bias": ("static_error.gap_lateral",),
-    "peak gap change": ("peak_gap_change.gap",),
-    "peak lateral gap change": ("peak_gap_change.gap_lateral",),
-    MOTOR_CURRENT: ("motor.current_at_3_sigma",),
-}
 
 
 def document_of(
@@ -66,12 +45,21 @@ def document_of(
         analysis = analyse(problem.setting, gains, problem.name)
         document |= analysis.to_dict()
     document |= {"damping": analysis.damping, "decay": analysis.decay}
-    for quantity in JUDGED.keys() & set(quantities):
-        asked = problem.with_requirements([Requirement(JUDGED[quantity], 1.0)])
-        value = verdicts(asked, analysis)[0].value
+    for quantity, kind in judged().items():
+        if quantity not in quantities:
+            continue
+        asked = requirement(kind, 1.0)
+        asked.check(problem.name, problem.setting)
+        value = asked.judge(Flown(problem.setting, gains, analysis))[0].value
         name, _, part = quantity.partition(".")
         document[name] = {**document.get(name, {}), part: value} if part else value
     return document
+
+
+def judged() -> dict[str, str]:
+    """Quantity to the requirement whose judge measures it, of those that no analysis holds."""
+    each = [requirement(kind, 1.0) for kind in required_kinds()]
+    return {quantity: r.name for r in each if not r.in_analysis for quantity in r.quantities(())}
 
 
 def _fields(margin: ChannelMargin) -> dict[str, Any]:
@@ -128,15 +116,19 @@ def limits_of(problem: Problem) -> tuple[Limit, ...]:
     )
 
 
-def limited(problem: Problem, requirement: str) -> tuple[str, ...]:
+def limited(problem: Problem, name: str) -> tuple[str, ...]:
     """The quantities that a requirement of that name limits."""
-    return _peaks(problem) if requirement == "peak sensitivity" else OF_REQUIREMENT[requirement]
+    return of_requirement(name, problem.setting.groups)
+
+
+def of_requirement(name: str, groups: Sequence[str] = GROUPS) -> tuple[str, ...]:
+    """The same where the problem looks at these groups."""
+    return requirement(name, 1.0).quantities(groups)
 
 
 def _peaks(problem: Problem) -> tuple[str, ...]:
     """The peaks of the groups that the problem looks at."""
-    groups = problem.setting.groups
-    return tuple(f"peak_sensitivity.{'heave_pitch' if name == 'heave' else name}" for name in groups)
+    return limited(problem, PeakSensitivity.kind)
 
 
 def _kinds(problem: Problem) -> tuple[str, ...]:
@@ -155,9 +147,9 @@ def scalars(document: Any, path: str = "") -> list[str]:
 
 
 def _unknown(document: Any, path: str) -> InputError:
-    near = get_close_matches(path, [*scalars(document), *JUDGED], n=3, cutoff=0.4)
+    near = get_close_matches(path, [*scalars(document), *judged()], n=3, cutoff=0.4)
     hint = f"did you mean {' or '.join(map(repr, near))}? " if near else ""
     return InputError(
         f"unknown quantity {path[:80]!r}; {hint}A quantity is the dotted path of a number in "
-        f"'workbench analyse --json', or damping, decay, {', '.join(JUDGED)}."
+        f"'workbench analyse --json', or damping, decay, {', '.join(judged())}."
     )

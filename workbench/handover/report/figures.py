@@ -18,6 +18,9 @@ from workbench.constants import GRAVITY
 from workbench.control import GAIN_UNITS
 from workbench.design.design import Design
 from workbench.design.tradeoff import TradeOff
+from workbench.goals.ride.damping_ratio import DampingRatio
+from workbench.goals.ride.decay_rate import DecayRate
+from workbench.goals.ride.peak_sensitivity import PeakSensitivity
 from workbench.handover.report.style import figure_block, svg_figure, table_block
 from workbench.plots.design import plot_roots
 from workbench.plots.nyquist import plot_nyquist
@@ -34,7 +37,7 @@ def root_figures(design: Design) -> list[str]:
     modes = design.analysis.modes
     limit = {v.name: v.limit for v in design.requirements}
     svg = svg_figure(
-        lambda ax: plot_roots(modes, damping=limit.get("damping ratio"), decay=limit.get("decay rate"), ax=ax),
+        lambda ax: plot_roots(modes, damping=limit.get(DampingRatio.kind), decay=limit.get(DecayRate.kind), ax=ax),
         "roots", "Roots of the closed loop in the complex plane", size=(5.4, 4.2),
     )  # fmt: skip
     rows = [
@@ -77,7 +80,7 @@ def spectrum_figures(design: Design, exposure: str) -> list[str]:
 
 def nyquist_figures(design: Design) -> list[str]:
     """One picture per group of motion, with the circle of the required peak sensitivity, else of the measured one."""
-    asked = {v.limit for v in design.requirements if v.name == "peak sensitivity"}
+    asked = {v.limit for v in design.requirements if v.name == PeakSensitivity.kind}
     curves = loop_curves(design.problem.setting, design.gains)
     out = []
     for group in dict.fromkeys(c.group for c in curves):

@@ -12,11 +12,12 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from workbench.goals.verdict import Verdict
+from workbench.goals.ride.delay_margin import PatternDelayMargin
+from workbench.goals.ride.peak_sensitivity import PeakSensitivity
+from workbench.goals.ride.requirement import boxed, requirement
 
 ANALYSIS = "floating point: figure of the analysis"
 HAMILTONIAN = "floating point: Hamiltonian eigenvalues, bracket"
-BOXED = ("damping ratio", "decay rate", "peak sensitivity")
 UNPROVABLE = "the checker has no proof of this quantity over a box"
 OnPromise = Callable[[str, str], None]
 SLACK = 1e-12  # relative, outward: so that another version's enclosure, as narrow as ours, still fits in
@@ -34,10 +35,12 @@ def promises(design, document: dict[str, Any]) -> list[dict[str, Any]]:
     out = []
     for v in design.requirements:
         if v.value is not None:
-            name, enclosure, method = _enclosed(v, v.value, design.analysis, prover)
+            name = requirement(v.name, v.limit).promised_name(v)
+            enclosure, method = _enclosed(name, v.value, design.analysis, prover)
             promise = {"name": name, "sense": v.sense, "limit": v.limit, "enclosure": list(enclosure)}
             out.append({**promise, "method": method, "box": {}, "at": {}})
-    asked = [v.limit for v in design.requirements if v.name == "delay margin" and v.value is not None]
+    delay = PatternDelayMargin.kind
+    asked = [v.limit for v in design.requirements if v.name == delay and v.value is not None]
     return out + [promise for limit in asked for promise in _uniform(limit, prover)]
 
 
@@ -65,22 +68,20 @@ def _outside(low: float, high: float) -> tuple[float, float]:
     return low - SLACK * abs(low), math.nextafter(high + SLACK * abs(high), math.inf)
 
 
-def _enclosed(v: Verdict, value: float, analysis, prover) -> tuple[str, tuple[float, float], str]:
-    """Name, interval and method of one verdict's promise; the peak sensitivity's name carries its group."""
+def _enclosed(name: str, value: float, analysis, prover) -> tuple[tuple[float, float], str]:
+    """Interval and method of one value's promise; without a proof a peak's own bracket, else the value."""
     from workbench.verify.check import outward
     from workbench.verify.exact.failure import NotProved
     from workbench.verify.reading import number
 
-    group = v.where.split(",")[0] if v.name == "peak sensitivity" else ""
-    name = f"{v.name}, {group}" if group else v.name
     try:
         *ends, method = prover.enclosure(name, number(value, name))
     except NotProved:
-        if group:
-            peak = analysis.peak_sensitivity[group]
-            return name, (peak.lower, peak.upper), HAMILTONIAN
-        return name, (value, value), ANALYSIS
-    return name, _outside(*outward(*ends)), method
+        for group, peak in analysis.peak_sensitivity.items():
+            if name == f"{PeakSensitivity.kind}, {group}":
+                return (peak.lower, peak.upper), HAMILTONIAN
+        return (value, value), ANALYSIS
+    return _outside(*outward(*ends)), method
 
 
 def certified(table, problem, *, on_promise: OnPromise | None = None):
@@ -158,7 +159,7 @@ def with_box(table, box: dict[str, tuple[float, float]], *, on_promise: OnPromis
     prover = Prover(table_of(document))
     intervals = {name: [float(a), float(b)] for name, (a, b) in box.items()}
     for promise in list(document["promises"]):
-        if promise["box"] or promise["name"].split(",")[0] not in BOXED:
+        if promise["box"] or not boxed(promise["name"]):
             continue
         asked = {k: promise[k] for k in ("name", "sense", "limit")} | {"box": intervals}
         found, left = _over_box(prover, promise, box)

@@ -3,7 +3,7 @@
     Decimal   a number as the digits printed; `float` reads back the same double
     Part      strict types, no other keys: Versions, LawPart, PlantPart, RequirementRecord, Promise, Undecided, …
 
-Their Python side is the record of the same name elsewhere: `control.ModalLaw`, `lti.Plant`, `design.requirement`;
+Their Python side is the record of the same name elsewhere: `control.ModalLaw`, `lti.Plant`, `goals.verdict`;
 `export.certificate` writes the certificate, `workbench.verify` reads it.
 """
 
