@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 
 from workbench.analysis.batch.closing import unfiltered
-from workbench.analysis.batch.modal import Excited, Fractions, loops, peaks
+from workbench.analysis.batch.modal import Excited
 from workbench.analysis.batch.plants import FACTORS, fit
 from workbench.control import Gains
 from workbench.control.gains import GAIN_NAMES
 from workbench.errors import InputError
 from workbench.files.problem import load_problem
+from workbench.lti.modal import Fractions, modes, peaks
 from workbench.lti.norm import peak_gain
 from workbench.lti.variance import stationary
 from workbench.physics.guideway.roughness import Roughness
@@ -137,8 +138,8 @@ def random_loops(count, n, seed):
 def test_peaks_are_the_hamiltonian_ones(k):
     A, rng = random_loops(12, 8, k)
     B, C, D = rng.normal(size=(12, 8, k)), rng.normal(size=(12, k, 8)), rng.normal(size=(12, k, k))
-    modes = loops(A)
-    found = peaks(modes.poles, *modes.residues(B, C), D)
+    found = modes(A)
+    found = peaks(found.poles, *found.residues(B, C), D)
     exact = [peak_gain(*one).value for one in zip(A, B, C, D, strict=True)]
     np.testing.assert_allclose(found, exact, rtol=PEAK)
 
@@ -146,8 +147,8 @@ def test_peaks_are_the_hamiltonian_ones(k):
 def test_a_peak_of_a_thousandth_damping_is_found():
     z, w = 1e-3, 7.3
     A = np.array([[[0, 1], [-(w**2), -2 * z * w]]])
-    modes = loops(A)
-    found = peaks(modes.poles, *modes.residues(np.array([[[0], [w**2]]]), np.array([[[1.0, 0]]])), np.zeros((1, 1, 1)))
+    found = modes(A)
+    found = peaks(found.poles, *found.residues(np.array([[[0], [w**2]]]), np.array([[[1.0, 0]]])), np.zeros((1, 1, 1)))
     assert found[0] == pytest.approx(1 / (2 * z * np.sqrt(1 - z**2)), rel=1e-9)  # the textbook's resonance
 
 
@@ -156,10 +157,10 @@ def test_partial_fractions_give_the_mean_squares_of_the_lyapunov_equation():
     A, rng = random_loops(5, n, 3)
     front, rear, C = rng.normal(size=(5, n, 2)), rng.normal(size=(5, n, 2)), rng.normal(size=(5, 3, n))
     corner, gain = -0.7, 1.9  # noise through gain/(s − corner)
-    modes = loops(A)
-    left, right = modes.residues(np.concatenate([front, rear], axis=2), C)
+    found = modes(A)
+    left, right = found.residues(np.concatenate([front, rear], axis=2), C)
     nothing = np.zeros((5, 3, 2))
-    excited = Excited(modes.poles, left[:, :, :2], left[:, :, 2:], right, nothing, nothing, delay)
+    excited = Excited(found.poles, left[:, :, :2], left[:, :, 2:], right, nothing, nothing, delay)
     found = excited.mean_squares(Fractions(np.array([corner + 0j]), np.array([gain + 0j])), None)
     for k in range(5):
         for t in range(2):
@@ -175,10 +176,10 @@ def test_partial_fractions_give_the_mean_squares_of_the_lyapunov_equation():
 def test_double_poles_show_in_the_growth_of_the_terms():
     gap = 1e-7
     A = np.array([[[-1.0, 1.0], [0.0, -1.0 - gap]], [[-1.0, 1.0], [0.0, -3.0]]])
-    modes = loops(A)
-    left, right = modes.residues(np.tile([[0.0], [1.0]], (2, 1, 1)), np.tile([[1.0, 0.0]], (2, 1, 1)))
+    found = modes(A)
+    left, right = found.residues(np.tile([[0.0], [1.0]], (2, 1, 1)), np.tile([[1.0, 0.0]], (2, 1, 1)))
     nothing = np.zeros((2, 1, 1))
-    excited = Excited(modes.poles, left, np.zeros_like(left), right, nothing, nothing, 0.0)
+    excited = Excited(found.poles, left, np.zeros_like(left), right, nothing, nothing, 0.0)
     growth = excited.mean_squares(Fractions(np.array([-0.5 + 0j]), np.array([1.0 + 0j])), None).growth
     assert growth[0] > 1e6
     assert growth[1] < 100

@@ -22,12 +22,12 @@ from workbench.goals.margin import Margins
 from workbench.lti.bilinear import in_w_plane, unwarped
 from workbench.lti.crossing import ScalarResponse
 from workbench.lti.delay import LinedSystem
+from workbench.lti.grid import seeds
 from workbench.lti.margin import LARGEST_GAIN_FACTOR, ChannelMargin, channel_margin, lags
 from workbench.lti.measure import peak
 from workbench.lti.norm import Peak
 from workbench.lti.peak_ceiling import enclosure
 from workbench.lti.peak_crossing import crossings, pursued
-from workbench.lti.peak_search import seeds
 from workbench.lti.realisation import Realisation
 from workbench.result import Result, Row, figure, plain
 

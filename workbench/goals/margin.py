@@ -23,11 +23,12 @@ from workbench.goals.registry import register
 from workbench.goals.verdict import Verdict
 from workbench.lti.bilinear import unwarped
 from workbench.lti.disk import disk_margin
+from workbench.lti.grid import seeds
 from workbench.lti.mu import gradient, lower, scalings
 from workbench.lti.peak_bound import CLOSE
 from workbench.lti.peak_ceiling import Ceiling, enclosure, mu_ceiling
 from workbench.lti.peak_crossing import crossings, pursued
-from workbench.lti.peak_search import local_peaks, seeds
+from workbench.lti.peak_search import local_peaks
 from workbench.lti.realisation import Realisation
 
 if TYPE_CHECKING:

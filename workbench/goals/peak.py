@@ -19,19 +19,18 @@ from workbench.errors import InputError
 from workbench.goals.goal import FULL_BAND, NEAR, Value, infinite, near, stability_reason
 from workbench.lti.bilinear import in_w_plane, unwarped, warped
 from workbench.lti.count import unstable_poles
-from workbench.lti.norm import intervals_above, peak_gain
+from workbench.lti.grid import seeds
+from workbench.lti.modal import modal_responder
+from workbench.lti.norm import crossings, intervals_above, peak_gain
 from workbench.lti.peak_bound import CLOSE, Bracket, bracket, farther
 from workbench.lti.peak_ceiling import Ceiling, Panels
-from workbench.lti.peak_search import local_peaks, peaks, seeds
-from workbench.lti.realisation import Realisation, balanced, responder
+from workbench.lti.peak_search import local_peaks, peaks
+from workbench.lti.realisation import Realisation, balanced
 
 if TYPE_CHECKING:
     from workbench.control.structure.block import Controller
 
 Piece = tuple[float, np.ndarray, str]  # value, W (p, m) with ∂value = Re Σ conj(W) ∂T, channel
-WORST_VECTORS = 1e6  # condition of eigenvectors that still gives a response to ten digits
-SAFE_FEEDTHROUGH = 1e-3  # γ² − σ_max(D)² over γ² above which the Hamiltonian may be formed by inversion
-NEAR_AXIS = 1e-5  # |Re λ|/‖H‖ of a Hamiltonian eigenvalue worth a look; evaluation decides
 BESIDE = 1e-4  # of the first frequency off an end: a limit's gradient there is right to the square of it
 NO_END = (
     "towards ω = {} the limit vanishes beside the response, or asks for more than any gain; the measure is infinite."
@@ -115,11 +114,10 @@ def sampled(channel: Any, K: "Controller", *, judged: bool = False) -> Sampled:
         if system is None:
             return _nothing(reason or "the closed loop has a pole at z = −1; its measure does not exist.")
     system = balanced(*system)
-    poles, vectors = np.linalg.eig(system.A)
+    answer, poles = modal_responder(system)
     reason = stability_reason(poles, h, in_w_plane=h is not None)
     if reason:
         return _nothing(reason)
-    answer = modal_responder(system, poles, vectors)
     return Sampled(system, poles, lambda axis: answer(axis.filters), "")
 
 
@@ -134,22 +132,6 @@ def _late(channel: Any, K: "Controller", judged: bool) -> Sampled:
     if count:
         reason = f"the closed loop is unstable: {count} poles on or right of the axis; its measure does not exist."
     return Sampled(system, poles, lambda axis: channel.response(K, axis.omega), reason)
-
-
-def modal_responder(system: Realisation, poles: np.ndarray, vectors: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
-    """omega (k,) → G(jω) (k, p, m) from the eigenvectors where they are well conditioned, else from a Schur form."""
-    A, B, C, D = system
-    if len(A) and not np.linalg.cond(vectors) < WORST_VECTORS:
-        return responder(*system)
-    (p, m), n = D.shape, len(A)
-    residues = ((C @ vectors).T[:, :, None] * np.linalg.solve(vectors, B.astype(complex))[:, None, :]).reshape(n, p * m)
-
-    def response(omega: np.ndarray) -> np.ndarray:
-        with np.errstate(divide="ignore", invalid="ignore"):
-            kernel = np.where(np.isfinite(omega)[:, None], 1 / (1j * omega[:, None] - poles), 0.0)
-        return (kernel @ residues).reshape(len(omega), p, m) + D
-
-    return response
 
 
 def _nothing(reason: str) -> Sampled:
@@ -350,23 +332,3 @@ def _beside(omega: float, grid: np.ndarray, ends: tuple[float, float]) -> float:
 
 def _stable(system: Realisation) -> bool:
     return len(system.A) == 0 or bool(np.linalg.eigvals(system.A).real.max() < 0)
-
-
-def crossings(system: Realisation, level: float) -> np.ndarray | None:
-    """Frequencies where a singular value may equal a level: imaginary parts of Hamiltonian eigenvalues near the axis.
-
-    None where the level is too close to the feedthrough's gain to invert. Lean: error bounds are `norm.peak_gain`'s.
-    """
-    A, B, C, D = system
-    if level**2 - np.linalg.norm(D, 2) ** 2 <= SAFE_FEEDTHROUGH * level**2:
-        return None
-    if D.any():
-        inner = np.linalg.inv(level**2 * np.eye(D.shape[1]) - D.T @ D)
-        drift = A + B @ inner @ D.T @ C
-        push = level * B @ inner @ B.T
-        pull = level * (C.T @ C / level**2 + C.T @ (D @ inner @ D.T) @ C / level**2)
-    else:
-        drift, push, pull = A, B @ B.T / level, C.T @ C / level
-    H = np.block([[drift, push], [-pull, -drift.T]])
-    values = np.linalg.eigvals(H)
-    return np.abs(values.imag[np.abs(values.real) <= NEAR_AXIS * np.linalg.norm(H)])

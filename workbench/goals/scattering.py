@@ -20,8 +20,9 @@ from workbench.goals.gain import largest_singular
 from workbench.goals.goal import NEAR, Value, infinite, near, stability_reason
 from workbench.goals.peak import Axis, PeakMeasure
 from workbench.lti.bilinear import in_w_plane, unwarped
+from workbench.lti.grid import seeds
 from workbench.lti.norm import intervals_above, peak_gain, proposals
-from workbench.lti.peak_search import peaks, seeds
+from workbench.lti.peak_search import peaks
 from workbench.lti.realisation import EPS, Realisation, balanced, responder
 
 if TYPE_CHECKING:

@@ -23,8 +23,8 @@ from workbench.goals.peak import Axis, PeakMeasure, Piece, sampled
 from workbench.goals.registry import register
 from workbench.lti.bilinear import unwarped
 from workbench.lti.end import first_terms, limit
+from workbench.lti.grid import seeds
 from workbench.lti.peak_ceiling import Ceiling, density_ceiling, enclosure
-from workbench.lti.peak_search import seeds
 from workbench.lti.realisation import Realisation
 from workbench.lti.weight import Profile, ProfileLike, profile_of
 

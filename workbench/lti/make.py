@@ -19,6 +19,7 @@ import numpy as np
 
 from workbench.errors import InputError
 from workbench.lti.fraction import realised
+from workbench.lti.grid import spread
 from workbench.lti.join import series
 from workbench.lti.model import DelayLine, Model
 from workbench.lti.plant import Plant
@@ -325,9 +326,8 @@ def _cancelled(system: Realisation) -> tuple[Realisation, np.ndarray]:
         return system, nothing
     # The part does not depend on a multiple of I added to A; its tolerance is relative to A, which integrators lack
     shift = np.eye(len(system.A)) * (not system.A.any())
-    sizes = np.abs(np.linalg.eigvals(system.A))
-    sizes = sizes[sizes > 0] if sizes.any() else np.ones(1)
-    omega = np.unique(np.r_[sizes, np.geomspace(sizes.min() / 10, sizes.max() * 10, 40)]) * 1.0123  # beside the poles
+    poles = np.linalg.eigvals(system.A)
+    omega = np.unique(np.r_[np.abs(poles[poles != 0]), spread(poles, 40)]) * 1.0123  # beside the poles
     wanted = frequency_response(*system, omega)
     for tolerance in TOLERANCES:
         kept = controllable_observable(system.A + shift, system.B, system.C, tolerance=tolerance)

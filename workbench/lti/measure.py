@@ -18,13 +18,14 @@ from workbench.lti import count, roots
 from workbench.lti.bilinear import in_w_plane, unwarped
 from workbench.lti.delay import LinedSystem, rational
 from workbench.lti.energy import energy_by_doubling
+from workbench.lti.grid import seeds
 from workbench.lti.march import Lined, step_pieces
 from workbench.lti.margin import Margins, sensitivity
 from workbench.lti.margin import margins as margins_of
 from workbench.lti.norm import Peak, h2_norm, peak_gain
 from workbench.lti.peak_bound import CLOSE, bracket, farther
 from workbench.lti.peak_ceiling import Panels, enclosure, gain_ceiling
-from workbench.lti.peak_search import local_peaks, seeds
+from workbench.lti.peak_search import local_peaks
 from workbench.lti.realisation import Realisation
 from workbench.lti.weight import profile_of
 

@@ -17,6 +17,7 @@ from typing import NamedTuple, cast
 import numpy as np
 
 from workbench.errors import InputError
+from workbench.lti.grid import special, spread
 from workbench.lti.realisation import (
     EPS,
     Realisation,
@@ -35,6 +36,7 @@ __all__ = [
 ]  # fmt: skip
 
 SAFE_FEEDTHROUGH = 1e-3  # γ² − σ_max(D)² over γ², above which inverting γ²I − D'D costs at most three of sixteen digits
+NEAR_AXIS = 1e-5  # |Re λ|/‖H‖ of a Hamiltonian eigenvalue worth a look; evaluation decides
 MOST_STEPS = 60  # the two-step method needs three to six; each step at least passes the former level
 
 
@@ -194,10 +196,36 @@ def _best(gain, omega: np.ndarray) -> tuple[float, float]:
 
 def _first_frequencies(poles: np.ndarray) -> np.ndarray:
     """0, ∞, the resonance of every pole, and 2n + 8 frequencies spread over the decades around them."""
-    size = np.abs(poles)
-    resonance = np.sqrt(np.maximum(size**2 - 2 * poles.real**2, 0))
-    spread = np.geomspace(size.min() / 10, size.max() * 10, 2 * len(poles) + 8) if len(poles) else np.ones(1)
-    return np.concatenate([[0.0, math.inf], size, np.abs(poles.imag), resonance, spread])
+    return np.concatenate([[0.0, math.inf], special(poles), spread(poles, 2 * len(poles) + 8)])
+
+
+def hamiltonian(system: Realisation, level: float) -> np.ndarray | None:
+    """The matrix (2n, 2n) whose eigenvalues jω are where a singular value of G(jω) equals the level.
+
+    None where the level is so close to σ_max(D) that inverting level² I − D'D costs more than three digits.
+    """
+    A, B, C, D = system
+    if level**2 - np.linalg.norm(D, 2) ** 2 <= SAFE_FEEDTHROUGH * level**2:
+        return None
+    p, m = D.shape
+    if not D.any():
+        return np.block([[A, B @ B.T / level], [-C.T @ C / level, -A.T]])
+    inner = np.linalg.inv(level**2 * np.eye(m) - D.T @ D)
+    outer = np.linalg.inv(level**2 * np.eye(p) - D @ D.T)
+    drift = A + B @ inner @ D.T @ C
+    return np.block([[drift, level * B @ inner @ B.T], [-level * C.T @ outer @ C, -drift.T]])
+
+
+def crossings(system: Realisation, level: float) -> np.ndarray | None:
+    """Frequencies where a singular value may equal a level: imaginary parts of Hamiltonian eigenvalues near the axis.
+
+    None where the level is too close to the feedthrough's gain. Lean: error bounds are `peak_gain`'s.
+    """
+    H = hamiltonian(system, level)
+    if H is None:
+        return None
+    values = np.linalg.eigvals(H)
+    return np.abs(values.imag[np.abs(values.real) <= NEAR_AXIS * np.linalg.norm(H)])
 
 
 class _AxisProblem(NamedTuple):
@@ -249,11 +277,8 @@ def _axis_problem(system: Realisation, level: float) -> _AxisProblem:
 
     A, B, C, D = system
     n, (p, m) = len(A), D.shape
-    if level**2 - np.linalg.norm(D, 2) ** 2 > SAFE_FEEDTHROUGH * level**2:
-        inner = np.linalg.inv(level**2 * np.eye(m) - D.T @ D)
-        outer = np.linalg.inv(level**2 * np.eye(p) - D @ D.T)
-        drift = A + B @ inner @ D.T @ C
-        M = np.block([[drift, level * B @ inner @ B.T], [-level * C.T @ outer @ C, -drift.T]])
+    M = hamiltonian(system, level)
+    if M is not None:
         scale = state_scale(M)
         M = M / scale[:, None] * scale
         return _AxisProblem(M, None, 0, np.linalg.eigvals(M))

@@ -1,6 +1,6 @@
 """The peaks of a function of frequency: seeds, local refinement, and a check that nothing was missed.
 
-    poles, corners --seeds--> grid --local maxima--> brackets --refine--> peaks --crossing(level)--> more seeds, or done
+    grid (`lti.grid`) --local maxima--> brackets --refine--> peaks --crossing(level)--> more points, or done
 
 Where the function is the largest singular value of a rational matrix, `crossing` answers from the Hamiltonian where it
 exceeds the best peak, so a narrow peak between grid points cannot hide. Elsewhere (dead times, breakpoints, μ) the grid
@@ -21,32 +21,6 @@ ROUNDS = 7  # each shrinks a bracket by 4 or more; smooth peaks end after three
 STILL = 1e-14  # relative; a round that gains less ends the refinement: the peak's place is then good to 1e-7 widths
 PASSES = 12  # of the Hamiltonian check; each at least passes the former peak
 SLACK = 1e-7  # relative; how far above the best peak the check looks
-
-
-NEIGHBOURS = {  # of a resonance, in widths |Re p|, and points per decade in between
-    "sparse": (np.zeros(1), 3),  # where the Hamiltonian checks
-    "normal": (np.array([-8, -4, -2, -1, -0.5, 0, 0.5, 1, 2, 4, 8]), 8),
-    "dense": (np.linspace(-10, 10, 81), 80),
-}
-
-
-def seeds(poles: np.ndarray, corners: np.ndarray, band: tuple[float, float], density: str = "normal") -> np.ndarray:
-    """Frequencies (k,) in the band, sorted: around every resonance, at every corner, and spread in between.
-
-    `density` is a key of `NEIGHBOURS`. The ends of the band belong to it; 0 and ∞ where it has no other end.
-    """
-    near, count = NEIGHBOURS[density]
-    poles = poles[np.isfinite(poles) & (poles.imag >= 0)]
-    size = np.abs(poles)
-    around = (poles.imag[:, None] + np.abs(poles.real)[:, None] * near).ravel()
-    scale = np.concatenate([size[size > 0], corners[(corners > 0) & np.isfinite(corners)]])
-    scale = np.concatenate([scale, [end for end in band if 0 < end < math.inf]])
-    scale = scale if len(scale) else np.ones(1)
-    low, high = max(scale.min() / 100, band[0]), min(scale.max() * 100, band[1])
-    spread = np.geomspace(low, high, 8 + math.ceil(count * math.log10(high / low))) if high > low else np.zeros(0)
-    points = np.concatenate([around, size, corners, spread])
-    points = points[(points > band[0]) & (points < band[1])]
-    return np.unique(np.concatenate([[band[0]], points, [band[1]]]))
 
 
 def peaks(function: Function, grid: np.ndarray, crossing: Crossing | None = None) -> list[tuple[float, float]]:

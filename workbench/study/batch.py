@@ -14,7 +14,7 @@ import numpy as np
 
 from workbench.analysis.analysis import COST_POINTS, COST_SCALE, ENDS, PEAK_SIGMAS
 from workbench.analysis.batch.closing import Closed, Closing, acting, unfiltered
-from workbench.analysis.batch.modal import Excited, Fractions
+from workbench.analysis.batch.modal import Excited
 from workbench.analysis.batch.plants import SENSED, Key, Reading, output_keys, read
 from workbench.analysis.mode import REAL
 from workbench.analysis.response import WEIGHTS, exciting_types, irregularities, spectrum_of
@@ -23,6 +23,7 @@ from workbench.analysis.setting import Setting
 from workbench.constants import GRAVITY
 from workbench.control.loop import Subject
 from workbench.errors import InputError, unknown_name
+from workbench.lti.modal import Fractions
 from workbench.lti.signals import numbered
 
 DELAY = "delay_margin"  # smallest over the current commands, as the requirement's

@@ -9,12 +9,12 @@ import casadi as ca
 import numpy as np
 
 from workbench.analysis.batch.delays import delays
-from workbench.analysis.batch.modal import Loops, loops, peaks
 from workbench.analysis.batch.plants import Reading
 from workbench.control.gains import GAIN_NAMES
 from workbench.control.law import VERTICAL_CHANNELS
 from workbench.control.loop import Subject
 from workbench.lti.algebraic import closing
+from workbench.lti.modal import Modes, modes, peaks
 from workbench.lti.realisation import state_scale
 
 FILTERS = (("K_hdot", "tau_h"), ("K_hpdot", "tau_hp"), ("K_zdot", "tau_z"), ("K_ydot", "tau_y"))
@@ -52,12 +52,12 @@ class Closed:
     U: np.ndarray
     E: np.ndarray
     sound: np.ndarray
-    modes: Loops
+    modes: Modes
 
     def only(self, rows: np.ndarray) -> "Closed":
         """Some of the loops."""
         changed = {f.name: getattr(self, f.name)[rows] for f in fields(self) if f.name != "modes"}
-        return replace(self, **changed, modes=Loops(*(part[rows] for part in self.modes)))
+        return replace(self, **changed, modes=Modes(*(part[rows] for part in self.modes)))
 
     def peak(self) -> np.ndarray:
         """Peak sensitivity at the current commands (b,)."""
@@ -131,7 +131,7 @@ class Closing:
         front, rear = law @ r.D_y_front, law @ r.D_y_rear
         A = A / scale[:, None] * scale
         return Closed(
-            A=A, modes=loops(A), U=U * scale, E=E, sound=sound,
+            A=A, modes=modes(A), U=U * scale, E=E, sound=sound,
             B_front=entry(r.B_front, front, r.D_y_front), B_rear=entry(r.B_rear, rear, r.D_y_rear),
             B_sensor=entry(0.0, law @ self._measure, self._measure), B_command=entry(0.0, E, 0.0),
             C=(seen(r.C_z) + r.D_z @ U) * scale, C_sensed=seen(r.C_sensed) * scale,

@@ -12,9 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.design.static.peaks import Gain, frequencies
 from workbench.errors import InputError
 from workbench.lti.eigen import eigen
+from workbench.lti.grid import around
+from workbench.lti.modal_peak import Gain
 from workbench.lti.norm import proposals
 from workbench.lti.realisation import matrix, square
 
@@ -192,7 +193,7 @@ class Peaks:
         slowest = gain.poles.real.max(initial=-math.inf)
         if slowest >= 0 or slowest >= -self._min_decay:
             return []
-        sampled = frequencies(gain.poles)
+        sampled = around(gain.poles)
         peaks = gain.peaks(sampled, NEAR, self._least)
         for _ in range(CHECKS):
             if not peaks or not peaks[0][1] > 0:

@@ -1,44 +1,22 @@
 """The gain of a stable system over frequency and its local maxima, fast rather than proved.
 
-    poles --frequencies--> sampling --Gain.peaks--> local maxima, refined --Gain.at--> singular vectors and resolvents
+    poles --`grid.around`--> sampling --Gain.peaks--> local maxima, refined --Gain.at--> singular vectors and resolvents
 
-The measures of `static_loop` steer by this; `analysis.norm.peak_gain` decides.
+Slopes over frequency come with the values, so a refinement takes five of them; `peak_search` knows values alone, and
+`modal.peaks` a stack of systems. What steers static gains; `norm.peak_gain` decides.
 """
 
 import math
-from typing import NamedTuple
 
 import numpy as np
+
+from workbench.lti.modal import WORST_VECTORS, modes
 
 REFINED = 1e-12  # relative width of the frequency bracket at which a peak is found
 LEFT = 3e-9  # relative gain still expected there, by the secant of the slope
 ROUGHLY = 1e-5  # the same where the largest sample already tells that a minimiser will not go there
 BELOW = 1e-3  # share of a lower peak's distance from the highest that is good enough for it
 STEPS = 30  # of the refinement; five are typical
-MODAL = 1e6  # condition of the eigenvectors up to which they serve: relative errors of 1e-10, far below a step's gain
-
-
-def frequencies(poles: np.ndarray) -> np.ndarray:
-    """0, each pole's natural and resonance frequency, and points between and around them."""
-    size = np.abs(poles)
-    resonance = np.sqrt(np.maximum(size**2 - 2 * poles.real**2, 0))
-    special = np.concatenate([size, np.abs(poles.imag), resonance])
-    special = np.unique(special[special > 0])
-    if len(special) == 0:
-        return np.zeros(1)
-    spread = special[np.r_[True, np.diff(special) > 1e-3 * special[:-1]]]
-    between = np.sqrt(spread[1:] * spread[:-1])
-    ends = [spread[0] / 30, spread[0] / 5, 5 * spread[-1], 30 * spread[-1]]
-    return np.concatenate([[0.0], special, between, ends])
-
-
-class _Modes(NamedTuple):
-    """Eigenvectors V, V⁻¹, C V and V⁻¹ B."""
-
-    vectors: np.ndarray
-    inverse: np.ndarray
-    left: np.ndarray
-    right: np.ndarray
 
 
 def _largest(G: np.ndarray) -> np.ndarray:
@@ -67,21 +45,22 @@ class Gain:
 
     def __init__(self, A, B, C, D) -> None:
         self._A, self._B, self._C, self._D = A, B, C, D
-        self.poles, vectors = np.linalg.eig(A)
-        self._modes: _Modes | None = None
+        self._modes = modes(A)
+        self.poles = self._modes.poles
+        self._inverse: np.ndarray | None = None  # of the eigenvectors, where they serve
         try:
-            inverse = np.linalg.inv(vectors)
+            inverse = np.linalg.inv(self._modes.vectors)
         except np.linalg.LinAlgError:
             return
-        if np.linalg.norm(vectors) * np.linalg.norm(inverse) < MODAL:
-            self._modes = _Modes(vectors, inverse, C @ vectors, inverse @ B)
+        if np.linalg.norm(self._modes.vectors) * np.linalg.norm(inverse) < WORST_VECTORS:
+            self._inverse, self._left, self._right = inverse, C @ self._modes.vectors, inverse @ B
 
     def at(self, omega: np.ndarray):
         """(U, σ, Vᴴ, (jω − A)⁻¹B, C(jω − A)⁻¹), each (k, …), at finite frequencies (k,)."""
-        if self._modes is not None:
-            modes, R = self._modes, 1 / (1j * omega[:, None] - self.poles)
-            X = modes.vectors @ (R[:, :, None] * modes.right)
-            Y = (modes.left * R[:, None, :]) @ modes.inverse
+        if self._inverse is not None:
+            R = self._modes.kernel(omega)
+            X = self._modes.vectors @ (R[:, :, None] * self._right)
+            Y = (self._left * R[:, None, :]) @ self._inverse
         else:
             X, shifted = self._states(omega)
             turned = shifted.transpose(0, 2, 1)
@@ -105,10 +84,10 @@ class Gain:
 
     def _response(self, omega: np.ndarray) -> np.ndarray:
         """C (jω − A)⁻¹ B, (k, p, m)."""
-        if self._modes is None:
+        if self._inverse is None:
             return self._C @ self._states(omega)[0]
-        R = 1 / (1j * omega[:, None] - self.poles)
-        return (self._modes.left * R[:, None, :]) @ self._modes.right
+        R = self._modes.kernel(omega)
+        return (self._left * R[:, None, :]) @ self._right
 
     def sampled_above(self, level: float, most: int) -> np.ndarray:
         """Some of the frequencies of the last `peaks` where the gain was above a level."""
@@ -117,10 +96,10 @@ class Gain:
 
     def _slope(self, omega: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(σ_max, dσ_max/dω) at finite frequencies (k,)."""
-        if self._modes is not None:
-            R = 1 / (1j * omega[:, None] - self.poles)
-            u, sigma, v = _leading(self._D + (self._modes.left * R[:, None, :]) @ self._modes.right)
-            return sigma, np.sum((u.conj() @ self._modes.left) * R**2 * (v @ self._modes.right.T), axis=1).imag
+        if self._inverse is not None:
+            R = self._modes.kernel(omega)
+            u, sigma, v = _leading(self._D + (self._left * R[:, None, :]) @ self._right)
+            return sigma, np.sum((u.conj() @ self._left) * R**2 * (v @ self._right.T), axis=1).imag
         X, shifted = self._states(omega)
         u, sigma, v = _leading(self._D + self._C @ X)
         state = (X @ v[:, :, None])[:, :, 0]
