@@ -52,20 +52,19 @@ class BlockTable(Table):
         starts = {slot: table.value for slot, table in tables.items()}
         block = make_block(self.kind, self.inputs, self.outputs, self.options, starts, name=self.name)
         return block.with_parameters(
-            [self._placed(p, slot, tables.get(slot)) for slot, p in zip(block.slots, block.parameters, strict=True)]
+            [_placed(p, tables.get(slot)) for slot, p in zip(block.slots, block.parameters, strict=True)]
         )
 
     def _table(self, key: str, given: Any) -> ParameterTable:
         return read_table(ParameterTable, given if isinstance(given, Mapping) else {"value": given}, key)
 
-    def _placed(self, old: Parameter, slot: str, given: ParameterTable | None) -> Parameter:
-        if given is None:
-            return old
-        if old.value != given.value:
-            raise InputError(f"{slot} is not among the parts of this {self.kind}; got {given.value:g}. Leave it out.")
-        low, high = (getattr(old, end) if (bound := getattr(given, end)) is None else bound for end in ("low", "high"))
-        free = old.free if given.free is None else given.free
-        return replace(old, name=given.name or old.name, low=low, high=high, free=free)
+
+def _placed(old: Parameter, given: ParameterTable | None) -> Parameter:
+    """The block's own parameter with what a file says of it."""
+    if given is None:
+        return old
+    said = {key: value for key in ("name", "low", "high", "free") if (value := getattr(given, key)) is not None}
+    return replace(old, **said)
 
 
 class StructureTable(Table):

@@ -80,16 +80,18 @@ def make_block(
         if slot not in block.slots:
             raise unknown_name(f"parameter of {kind}", slot, block.slots)
     placed = parameters if not isinstance(parameters, Mapping) else [
-        _placed(old, named.get(slot)) for slot, old in zip(block.slots, block.parameters, strict=True)
+        _placed(slot, old, named.get(slot)) for slot, old in zip(block.slots, block.parameters, strict=True)
     ]  # fmt: skip
     block = block.with_parameters(placed)
     step = options.get("tustin_s")
     return block if step is None else block.sampled(_positive(step, "tustin_s"))
 
 
-def _placed(old: Parameter, given: Parameter | float | None) -> Parameter:
+def _placed(slot: str, old: Parameter, given: Parameter | float | None) -> Parameter:
     if isinstance(given, Parameter):
         return given
+    if given is not None and not old.free and given != old.value:
+        raise InputError(f"{slot} is not among the parts of the block that are tuned; got {given:g}. Leave it out.")
     return old if given is None else replace(old, value=given)
 
 
