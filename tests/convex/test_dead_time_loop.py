@@ -122,14 +122,14 @@ def test_gradients_of_singular_values_are_those_of_differences(column, tuned, na
 
 
 @pytest.mark.parametrize(("gain", "count"), [(0.5, 0), (1.9, 0), (2.1, 2)])
-def test_turns_count_the_poles_of_a_rational_loop(gain, count):
+def test_the_count_is_that_of_the_poles_of_a_rational_loop(gain, count):
     # 1/(s + 1)² under x/s: s³ + 2s² + s + x is stable up to x = 2 (Routh)
     plant = Rational(numerator=(1.0,), denominator=(1.0, 2.0, 1.0))
     assert unstable_poles(*single(gain, plant)) == count
 
 
 @pytest.mark.parametrize(("share", "count"), [(0.99, 0), (1.01, 2), (6.0, 4)])
-def test_turns_count_the_poles_of_a_dead_time_loop_exactly(share, count):
+def test_the_count_is_that_of_the_poles_of_a_dead_time_loop_exactly(share, count):
     # x e^{−s}/(s(0.001 s + 1)): crosses where ω + atan(0.001 ω) = π/2; the next pair where it is π/2 + 2π, at 5 times x
     omega = np.pi / 2 / 1.001
     for _ in range(20):

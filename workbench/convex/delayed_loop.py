@@ -2,7 +2,7 @@
 
 DelayedPlant, AffineLaw, gains --dense frequencies, refined at the peaks--> largest σ_max of S, T, Q and where
                                --intervals with bounds of the slopes------> a ceiling that holds between them too
-                               --turns of det(sI + P·sK), each step proved-> poles in the right half plane
+                               --as a model with delay lines--------------> poles in the right half plane, counted
 """
 
 import math
@@ -13,6 +13,11 @@ import numpy as np
 
 from workbench.convex.delayed import AffineLaw, DelayedPlant
 from workbench.errors import InputError
+from workbench.lti.connect import connect
+from workbench.lti.count import TooManySteps
+from workbench.lti.make import tf
+from workbench.lti.model import Model
+from workbench.lti.peak_search import local_peaks as refined
 
 MEASURES = ("S", "T", "Q")
 MOST_INTERVALS = 400_000  # of one proof; a margin of 1e-5 needs some thousands
@@ -80,22 +85,13 @@ def dense(plant: DelayedPlant, law: AffineLaw, count: int = 3000) -> Sample:
 
 
 def worst_peaks(plant: DelayedPlant, law: AffineLaw, x: np.ndarray) -> dict[str, tuple[float, float]]:
-    """Largest σ_max of S, T, Q and its frequency: dense frequencies, then each local peak refined thrice."""
-    sample = dense(plant, law)
-    values = sample.peaks(x)
+    """Largest σ_max of S, T, Q and its frequency: dense frequencies, then the local peaks refined."""
     found = {}
-    for name, curve in values.items():
-        best = int(np.argmax(curve))
-        top = (float(curve[best]), float(sample.omega[best]))
-        for centre in local_peaks(curve, 0.98 * top[0]):
-            low, high = sample.omega[max(centre - 1, 0)], sample.omega[min(centre + 1, len(curve) - 1)]
-            for _ in range(3):
-                fine = Sample.of(plant, law, np.linspace(low, high, 33))
-                level = fine.peaks(x)[name]
-                k = int(np.argmax(level))
-                top = max(top, (float(level[k]), float(fine.omega[k])))
-                low, high = fine.omega[max(k - 1, 0)], fine.omega[min(k + 1, 32)]
-        found[name] = top
+    for name in MEASURES:
+        omega, value = refined(lambda at, name=name: Sample.of(plant, law, at).peaks(x)[name], dense(plant, law).omega)[
+            0
+        ]
+        found[name] = value, omega
     return found
 
 
@@ -105,63 +101,35 @@ def local_peaks(curve: np.ndarray, above: float) -> np.ndarray:
     return np.flatnonzero((curve >= padded[:-2]) & (curve > padded[2:]) & (curve > above))
 
 
+def closed(plant: DelayedPlant, law: AffineLaw, x: np.ndarray) -> Model:
+    """The loop at rest as a model with its dead times; every kind of function in the law is a system of its own."""
+    p, m = plant.shape
+    u, y = [f"u{k + 1}" for k in range(m)], [f"y{k + 1}" for k in range(p)]
+    systems = [_table([[e.numerator for e in row] for row in plant.entries], plant.entries, u, y)]
+    kinds = list(dict.fromkeys(t.function for t in law.terms))
+    for n, kind in enumerate(kinds):
+        gains = np.zeros(law.shape)
+        for value, term in zip(x, law.terms, strict=True):
+            gains[term.row, term.column] += value * (term.function == kind)
+        numerators = [[tuple(g * c for c in kind.numerator) for g in row] for row in gains]
+        systems.append(_table(numerators, [[kind] * p] * m, [f"-{name}" for name in y], [f"{n} of {a}" for a in u]))
+    links = {name: " + ".join(f"{n} of {name}" for n in range(len(kinds))) for name in u}
+    return connect(systems, inputs=(), outputs=(), links=links)
+
+
+def _table(numerators, entries, inputs, outputs) -> Model:
+    return tf(
+        numerators, [[e.denominator for e in row] for row in entries], input=inputs, output=outputs,
+        dead_time=[[e.delay for e in row] for row in entries],
+    )  # fmt: skip
+
+
 def unstable_poles(plant: DelayedPlant, law: AffineLaw, x: np.ndarray) -> int:
-    """How many closed-loop poles lie in the closed right half plane, with exact dead times; −1 if undecided.
-
-    For a stable plant and a law stable but for integrators, det(sI + P·sK)/sᵖ is analytic there but at 0 and tends to 1
-    for a strictly proper plant, so the zeros of W = sI + P·sK are counted by its turns along the imaginary axis. A step
-    about m is accepted where ‖W⁻¹‖ ‖ΔW‖ ≤ ρ < 1 on all of it: det W has no zero there, and its turn differs from
-    Im tr W⁻¹ΔW by no more than p (−log(1 − ρ) − ρ), so that the nearer multiple of 2π is known.
-    """
-    if any(len(e.numerator) == len(e.denominator) and e.numerator[0] for row in plant.entries for e in row):
-        raise InputError("the count of turns needs a strictly proper plant; got an entry with feedthrough.")
-    omega, p = dense(plant, law).omega, plant.shape[0]
-    far = omega[-1]
-    for _ in range(40):  # on to where the loop gain is small for good: |P K| falls at least as 1/ω there
-        gain = np.linalg.norm(Sample.of(plant, law, np.array([far])).over(x)["T"][0]) / far
-        if gain < 0.1:
-            break
-        far *= 4
-    omega = np.r_[omega, np.geomspace(omega[-1], far, 200)[1:]] if far > omega[-1] else omega
-    if not np.isfinite(x).all() or np.linalg.slogdet(Sample.of(plant, law, omega[:1]).returned(x))[0][0] == 0:
-        return -1  # a pole at rest
-    low, high, total, tested = omega[:-1], omega[1:], 0.0, 0
-    while len(low):
-        tested += len(low)
-        if tested > MOST_INTERVALS:
-            return -1
-        sound, turned = _turns(plant, law, x, low, high)
-        total += float(turned[sound].sum())
-        low, high = low[~sound], high[~sound]
-        if len(low) and (high - low <= 1e-12 * np.maximum(high, omega[1])).any():
-            return -1  # a pole on the axis, or nearer to it than rounding tells
-        middle = (low + high) / 2
-        low, high = np.concatenate([low, middle]), np.concatenate([middle, high])
-    # beyond, det W/sᵖ goes to 1 within a disc of radius < 1 that does not hold 0; W is real at rest
-    last = np.linalg.slogdet(Sample.of(plant, law, omega[-1:]).returned(x) / (1j * omega[-1]))[0][0]
-    zeros = p / 2 - (total - np.angle(last)) / math.pi
-    return round(float(zeros)) if abs(zeros - round(float(zeros))) < 0.1 else -1
-
-
-def _turns(plant, law, x, low, high) -> tuple[np.ndarray, np.ndarray]:
-    """Which intervals are accepted, and the turn of det W over each."""
-    middle, half, p = (low + high) / 2, (high - low) / 2, plant.shape[0]
-    W, at_low, at_high = (Sample.of(plant, law, at).returned(x) for at in (middle, low, high))
+    """How many closed-loop poles lie in the closed right half plane, with exact dead times; −1 if undecided."""
     try:
-        inverse = np.linalg.inv(W)
-    except np.linalg.LinAlgError:
-        return np.zeros(len(low), bool), np.zeros(len(low))
-    moved = half * (1 + _loop_slope(plant, law, x, low, high, middle))
-    size = np.linalg.norm(inverse, 2, axis=(1, 2)) * moved
-    with np.errstate(divide="ignore", invalid="ignore"):
-        sound = (size < 1) & (p * (-np.log1p(-np.minimum(size, 1.0)) - size) < math.pi / 2)
-    start, turned = np.linalg.slogdet(W)[0], np.zeros(len(low))
-    for sign, other in ((-1, at_low), (1, at_high)):
-        predicted = np.einsum("kij,kji->k", inverse, other - W).imag
-        with np.errstate(invalid="ignore", divide="ignore"):
-            found = np.angle(np.linalg.slogdet(other)[0] / start)
-        turned += sign * (found + 2 * math.pi * np.round((predicted - found) / (2 * math.pi)))
-    return sound, turned
+        return closed(plant, law, x).unstable_poles() if np.isfinite(x).all() else -1
+    except TooManySteps:
+        return -1
 
 
 def _loop_slope(plant, law, x, low, high, middle) -> np.ndarray:
