@@ -35,14 +35,17 @@ def analyse(
     problem: Name,
     gains: Annotated[
         Path | None,
-        typer.Option(help="Gain table, or TOML/JSON mapping of the seventeen names; the approved gains if left out."),
+        typer.Option(help="Gain table, or TOML/JSON mapping of names to numbers; the approved gains if left out."),
     ] = None,
     speed: Speed = None,
     report: Annotated[Path | None, typer.Option(help="File for a report in HTML.")] = None,
     budget_seconds: Budget = None,
     json: Json = False,
 ) -> None:
-    """Poles, damping, margins, ride, stroke, current and power for given gains."""
+    """Poles, damping, margins, ride, stroke, current and power for given gains; of any plant its verdicts and margins.
+
+    For a plant of one's own, values left out of --gains are the approved ones, or else those that the data start from.
+    """
     from workbench.machine.supervision import finishing, supervised
 
     supervised(budget_seconds, "the analysis")
@@ -59,6 +62,9 @@ def analyse(
     if report is not None:
         check_file(report)
     loaded = load_problem(problem, speed=speed)
+    if not loaded.flies:
+        _plant(loaded, gains, report, json)
+        return
     chosen = read_gains(gains, speed=loaded.setting.speed) if gains else loaded.approved
     if chosen is None:
         raise InputError(
@@ -80,6 +86,30 @@ def analyse(
         ("mode", "frequency [Hz]", "damping"),
         [(m.name, figure(m.frequency_hz), figure(m.damping)) for m in result.analysis.modes],
     )
+    for title, columns, rows in result.tables():
+        emit_table(title, columns, rows)
+    if report is not None:
+        say(f"report  {report}")
+
+
+def _plant(loaded, gains: Path | None, report: Path | None, json: bool) -> None:
+    """The same of a plant of one's own."""
+    from workbench.commands.output import emit_json, emit_rows, emit_table, say
+    from workbench.design.plant_analysis import plant_analysis
+    from workbench.files.own_plant import read_values
+    from workbench.handover.report.plant import plant_report
+    from workbench.machine.supervision import finishing
+    from workbench.machine.writing import write_text
+
+    result = plant_analysis(loaded, None if gains is None else read_values(gains, loaded.structure))
+    page = None if report is None else plant_report(result)
+    finishing()
+    if report is not None and page is not None:
+        write_text(report, page)
+    if json:
+        emit_json(result.to_dict() | ({} if report is None else {"report": str(report)}))
+        return
+    emit_rows(loaded.title or loaded.name, result.rows())
     for title, columns, rows in result.tables():
         emit_table(title, columns, rows)
     if report is not None:

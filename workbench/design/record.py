@@ -112,15 +112,19 @@ class Design(Result):
         document["binding"] = list(self.binding)
         return document
 
-    def rows(self) -> list[Row]:
+    def structure_rows(self) -> list[Row]:
+        """Every parameter with its unit."""
         known = {p.name: p.unit for p in self.problem.structure.parameters}
+        return [(name, value, known[name]) for name, value in self.values.items()]
+
+    def rows(self) -> list[Row]:
         cost: list[Row] = [] if self.analysis is None else [("cost J", self.analysis.cost, "")]
         return [
             ("problem", self.problem.name, ""),
             *cost,
             ("requirements met" if self.problem.flies else "goals met", self.met, ""),
             *((f"{v.name} {v.sense} {v.limit:g}", v.value, v.unit) for v in self.verdicts),
-            *((name, value, known[name]) for name, value in self.values.items()),
+            *self.structure_rows(),
         ]
 
 

@@ -5,6 +5,7 @@ design.Problem --problem_toml--> text of a data.toml that gives the same problem
 """
 
 import hashlib
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
@@ -14,6 +15,7 @@ from pydantic import Field, field_validator
 from workbench.control.structure.structure import Structure
 from workbench.design.problem import Problem
 from workbench.errors import InputError
+from workbench.files.digest import check_digest
 from workbench.files.goal import goal_of
 from workbench.files.matrix import beside
 from workbench.files.plant import FileTable, PlantBlock
@@ -138,13 +140,47 @@ def own_problem_data(folder: Path, document: Mapping[str, Any]) -> OwnData:
 
 
 def read_values(path: Path, structure: Structure) -> dict[str, float]:
-    """Values of a structure's parameters from a gain table or a mapping of names to numbers."""
+    """Values of a structure's parameters from a gain table of it, unchanged since it was signed, or from a mapping.
+
+    A mapping of names to numbers, by itself or under "values", may leave some out.
+
+    Raises
+    ------
+    InputError
+        For a table of another structure, a name that is no parameter, or a value that is no number.
+    """
     mapping = read_mapping(path)
-    found = mapping.get("parameters", mapping)
-    known = {p.name for p in structure.parameters}
-    if not isinstance(found, dict) or set(found) != known:
-        raise InputError(f"{path} must give every parameter of the structure, {', '.join(sorted(known))[:300]}.")
+    if "format" in mapping or "digest" in mapping:
+        check_digest(mapping, path)
+        found = _of_table(mapping, path)
+        missing = [p.name for p in structure.parameters if p.name not in found]
+        if missing:
+            raise InputError(f"{path} must be a table of this structure; it lacks the parameter {missing[0]!r}.")
+    else:
+        found = mapping.get("values", mapping)
+    if not isinstance(found, dict):
+        raise InputError(f"{path} must map names of parameters to numbers; got a {type(found).__name__}.")
+    values = {}
+    for name, value in found.items():
+        try:
+            structure.parameter(str(name))
+            values[name] = float(value) if not isinstance(value, bool) else math.nan
+        except InputError as error:
+            raise InputError(f"{path}: {error}") from error
+        except (TypeError, ValueError):
+            values[name] = math.nan
+        if not math.isfinite(values[name]):
+            raise InputError(f"{path} must give a number for {name!r}; got {str(value)[:40]!r}.")
+    return values
+
+
+def _of_table(mapping: dict, path: Path) -> dict:
+    """Name to decimal of every parameter in a table of format version 2."""
     try:
-        return {name: float(value) for name, value in found.items()}
-    except (TypeError, ValueError) as error:
-        raise InputError(f"{path} must give a number for every parameter; {str(error)[:80]}.") from error
+        blocks = mapping["structure"]["blocks"]
+        return {p["name"]: p["value"] for block in blocks for p in block["parameters"].values()}
+    except (KeyError, TypeError, AttributeError) as error:
+        raise InputError(
+            f"{path} must be a gain table of a plant of one's own (format version 2); it holds no structure of blocks. "
+            "Give the table that 'workbench design' wrote for this problem."
+        ) from error

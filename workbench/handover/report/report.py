@@ -15,9 +15,9 @@ from workbench.control import GAIN_UNITS
 from workbench.design.design import Design
 from workbench.design.tradeoff import TradeOff
 from workbench.errors import InputError
-from workbench.goals.verdict import Verdict
 from workbench.handover.report.figures import nyquist_figures, root_figures, spectrum_figures, trade_off_figures
-from workbench.handover.report.style import style_sheet, table_block
+from workbench.handover.report.page import facts_table, page, requirement_table
+from workbench.handover.report.style import table_block
 from workbench.handover.table.table import GainTable
 from workbench.machine.writing import write_text
 from workbench.result import figure as digits
@@ -51,7 +51,7 @@ def report_html(
     responds = design.analysis.cost is not None
     why_not = UNFILTERED if design.analysis.stable else UNSTABLE
     sections = [
-        ("Requirements", _requirements(design.requirements)),
+        ("Requirements", requirement_table(design.requirements)),
         ("Gains", _gains(design)),
         ("Roots", _figures(root_figures(design))),
         ("Trade-off", _figures(trade_off_figures(design, trade_off))),
@@ -61,15 +61,8 @@ def report_html(
         ("Robustness", _robustness(robustness or {})),
         ("Provenance", _provenance(design, table)),
     ]
-    body = "".join(f"<section><h2>{title}</h2>{content}</section>" for title, content in sections if content)
     title = escape(design.problem.title)
-    return (
-        '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'\">"
-        f"<title>{title}</title><style>{style_sheet()}</style></head><body>"
-        f"<header>{_header(design, title, when)}</header><main>{body}</main></body></html>\n"
-    )
+    return page(design.problem.title, _header(design, title, when), sections)
 
 
 def write_report(
@@ -114,35 +107,6 @@ def _header(design: Design, title: str, when: str) -> str:
     )
     name = f'<p class="quiet">{escape(design.problem.name)} · {escape(when)}</p>'
     return f'{name}<h1>{title}</h1><p>{verdict}</p><div class="tiles">{cells}</div>'
-
-
-def _requirements(verdicts: Sequence[Verdict]) -> str:
-    if not verdicts:
-        return "<p>This problem asks for nothing.</p>"
-    rows = "".join(_requirement_row(v) for v in verdicts)
-    columns = ("requirement", "asked", "found", "used", "", "where it is tightest")
-    head = "".join(f'<th scope="col"{" class=text" if c.startswith("where") else ""}>{c}</th>' for c in columns)
-    return f'<div class="wide"><table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table></div>'
-
-
-def _requirement_row(v: Verdict) -> str:
-    unit, factor = ("mm", 1e3) if v.unit == "m" else ("" if v.unit == "1" else v.unit, 1.0)
-    used = None
-    if v.value is not None:
-        used = v.value / v.limit if v.sense == "<=" else v.limit / v.value if v.value > 0 else None
-    word, kind = ("met", "met") if v.met else ("missed", "missed")
-    bar = (
-        ""
-        if used is None
-        else f'<span class="bar {kind}"><i style="width:{min(100.0, 100 * used):.0f}%"></i></span> {100 * used:.0f} %'
-    )
-    sense = "≤" if v.sense == "<=" else "≥"
-    found = "–" if v.value is None else digits(factor * v.value)
-    return (
-        f'<tr><th scope="row">{escape(v.name)}</th><td>{sense} {factor * v.limit:g} {escape(unit)}</td>'
-        f'<td>{found} {escape(unit)}</td><td>{bar}</td><td class="{kind}">{word}</td>'
-        f'<td class="text">{escape(v.where)}</td></tr>'
-    )
 
 
 def _gains(design: Design) -> str:
@@ -230,20 +194,8 @@ def _provenance(design: Design, table: GainTable | None) -> str:
             ["gain table, SHA-256", table.digest],
             *([name, version] for name, version in table.versions.model_dump().items()),
         ]
-    facts = "".join(f'<tr><th scope="row">{escape(n)}</th><td class="text mono">{escape(v)}</td></tr>' for n, v in rows)
-    sources = "".join(
-        f'<tr><th scope="row">{escape(n)}</th><td class="text">{escape(v)}</td></tr>'
-        for n, v in problem.sources.items()
-    )
     starts = [
         [str(s.number), digits(s.cost), digits(s.violation), str(s.evaluations), s.message] for s in design.starts
     ]
-    table_of_starts = (
-        table_block(["start", "cost J", "violation", "evaluations", "how it ended"], starts) if starts else ""
-    )
-    return (
-        f'<div class="wide"><table><tbody>{facts}</tbody></table></div>'
-        f"<p>At their limits: {escape(', '.join(design.binding) or 'none')}.</p>{table_of_starts}"
-        "<details><summary>Where the numbers come from</summary>"
-        f'<div class="wide"><table><tbody>{sources}</tbody></table></div></details>'
-    )
+    heads = ["start", "cost J", "violation", "evaluations", "how it ended"]
+    return facts_table(rows, design.binding, heads, starts, problem.sources)
