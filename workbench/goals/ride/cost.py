@@ -24,7 +24,7 @@ class RideCost(Goal):
     limit : a cost that counts as met; none, since it is made as small as the requirements allow
     """
 
-    kind, unit = "ride cost", "10⁻⁴ g²"
+    kind, unit, corners = "ride cost", "10⁻⁴ g²", False
 
     limit: float = float("inf")
 

@@ -76,6 +76,7 @@ class Requirement(Goal):
     by_group : whether there is a verdict and a promise for each group of motion
     """
 
+    corners = False
     places: ClassVar[Mapping[str, Place]] = {}
     margin_alone: ClassVar[bool] = False
     of_roots: ClassVar[bool] = False

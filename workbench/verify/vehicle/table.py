@@ -260,15 +260,13 @@ def _box(value: Any, place: str) -> dict[str, tuple[fmpq, fmpq]]:
 
 
 def _require_kind(given: Mapping[str, Any], place: str) -> None:
-    """A promise or requirement is of a known kind and has the sense of its kind."""
-    name = text_of(given.get("name"), f"{place}.name")
+    """A promise or requirement of a known kind has the sense of its kind; one of another kind is read, not proved."""
+    name, sense = text_of(given.get("name"), f"{place}.name"), given.get("sense")
     kind = kind_of(name)
-    if kind is None:
-        raise TableError(f"{place}.name must be a quantity that can be promised; got {name[:60]!r}. Mend it there.")
-    if given.get("sense") != kind.sense:
+    if sense not in ((kind.sense,) if kind else ("<=", ">=")):
         raise TableError(
-            f"{place}.sense must be {kind.sense!r}, as of every limit on {name!r}; got "
-            f"{str(given.get('sense'))[:40]!r}. Get the table again from its source."
+            f"{place}.sense must be {kind.sense if kind else '<= or >='!r}, as of every limit on {name[:60]!r}; got "
+            f"{str(sense)[:40]!r}. Get the table again from its source."
         )
 
 
@@ -276,7 +274,8 @@ def _requirement(value: Any, place: str) -> Requirement:
     r = keyed(value, place, ("name", "sense", "limit", "value", "unit", "met", "where"))
     _require_kind(r, place)
     kind = kind_of(r["name"])
-    if kind is None or kind.name != r["name"] or r["unit"] != kind.unit or type(r["met"]) is not bool:
+    known = kind is None or (kind.name == r["name"] and r["unit"] == kind.unit)
+    if not known or type(r["met"]) is not bool or type(r["unit"]) is not str:
         raise TableError(
             f"{place} must be a requirement with its unit, met or not; got {r['name'][:60]!r} in "
             f"{str(r['unit'])[:20]!r}. Get the table again from its source."
