@@ -1,6 +1,6 @@
 """The gain table of any plant (format version 2): models, blocks by kind with their parameters, typed promises.
 
-    Problem, values, verdicts --plant_table--> PlantTable --write--> JSON
+    Design --plant_table--> PlantTable --write--> JSON
     JSON --read_table--> PlantTable --> models, structure
 
 Every number a proof starts from is a decimal string that `float` reads back as the same double. A goal promises what
@@ -14,7 +14,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from datetime import UTC, datetime
 from decimal import Decimal as Digits
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field, JsonValue, model_validator
 
@@ -25,11 +25,13 @@ from workbench.errors import InputError
 from workbench.exits import through
 from workbench.files.digest import digest_of
 from workbench.goals.promise import Promise
-from workbench.goals.verdict import Verdict
 from workbench.handover.table.schema import Decimal, Matrix, Name, Names, Number, Part, Sense, Text, Versions, versions
 from workbench.lti import Plant
 from workbench.lti.model import DelayLine, Model
 from workbench.result import Result, Row, plain
+
+if TYPE_CHECKING:
+    from workbench.design.record import Design
 
 VERSION = 2
 MOST_SECONDS = 60.0  # of proofs while a table is made
@@ -207,32 +209,31 @@ class PlantTable(Result, Part):
 
 
 def plant_table(
-    problem, values: Mapping[str, float], judged: Sequence[tuple[Any, Verdict]], *, seed: int = 0, solver: str = "",
-    starts: int = 0, measured: Mapping[str, Any] | None = None, created: datetime | None = None,
-) -> PlantTable:  # fmt: skip
-    """The table of a problem with parameter values and what was judged of them.
+    design: "Design", *, measured: Mapping[str, Any] | None = None, created: datetime | None = None
+) -> PlantTable:
+    """The table of a design of any plant.
 
     Parameters
     ----------
-    problem : workbench.design.problem.Problem
-    values : parameter → value; those left out stay as in the structure
-    judged : (goal, its verdict) of every goal
+    design : its problem's models and structure, its values and verdicts
     measured : further figures in JSON's types, stated and not proved
+    created : time of the table; now if left out
 
     Raises
     ------
     InputError
         For a block that no table can hold (an expression).
     """
-    structure = problem.structure.with_values(dict(values))
+    problem = design.problem
     document: dict[str, Any] = {
         "format": "maglev-workbench gain table", "version": VERSION, "problem": problem.name, "title": problem.title,
         "data_sha256": problem.data_sha256,
         "created": (created or datetime.now(UTC)).astimezone(UTC).strftime("%Y-%m-%dT%H:%M:%SZ"),
-        "versions": versions(), "seed": seed, "solver": solver, "starts": starts,
-        "models": [model_part(model) for model in problem.systems], "structure": structure_part(structure),
+        "versions": versions(), "seed": design.seed, "solver": design.solver, "starts": len(design.starts),
+        "models": [model_part(model) for model in problem.systems], "structure": structure_part(design.structure),
         "measured": plain(dict(measured or {})), "requirements": [], "promises": [], "undecided": [],
     }  # fmt: skip
+    judged = [(goal, verdict) for goal in problem.goals for verdict in design.verdicts if verdict.name == goal.name]
     asked: dict[str, list[Promise]] = {"": [Promise("stability", ">=", 0.0)]}
     for goal, verdict in judged:
         asked[goal.name] = _listed(goal.promise(verdict))

@@ -204,17 +204,11 @@ def table_json(table: GainTable) -> str:
 def table_of(design) -> "GainTable | PlantTable":
     """The gain table of a design: of a vehicle, or of any plant.
 
-    design : workbench.design.design.Design
+    design : workbench.design.record.Design
     """
     from workbench.handover.table.plant import plant_table
 
-    problem = design.problem
-    if problem.flies:
-        return table_from_design(design)
-    judged = [(goal, verdict) for goal in problem.goals for verdict in design.verdicts if verdict.name == goal.name]
-    return plant_table(
-        problem, design.values, judged, seed=design.seed, solver=design.solver, starts=len(design.starts)
-    )
+    return table_from_design(design) if design.problem.flies else plant_table(design)
 
 
 def read_table(path: Path) -> "GainTable | PlantTable":
