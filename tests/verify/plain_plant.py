@@ -1,6 +1,6 @@
 """A second evaluation of a table of any plant in plain NumPy: from its JSON, by formulas of frequency and by Padé.
 
-    document --response at s--> channels; peaks on a dense grid, refined    --Padé, eigenvalues--> poles
+document --response at s--> channels; peaks on a dense grid, refined    --Padé, eigenvalues--> poles
 """
 
 import math
@@ -133,13 +133,20 @@ class PlainPlant:
             high = min(high, math.pi / self.h)
         natural = np.abs(poles[np.abs(poles) > 1e-9])
         middle = natural[(natural > low) & (natural < high)]
-        grid = np.unique(np.r_[np.geomspace(low, high, 400), np.repeat(middle, 9) * np.tile(np.linspace(0.7, 1.3, 9), len(middle))])
+        grid = np.unique(
+            np.r_[np.geomspace(low, high, 400), np.repeat(middle, 9) * np.tile(np.linspace(0.7, 1.3, 9), len(middle))]
+        )
         grid = grid[(grid >= low) & (grid <= high)]
         values = np.array([size(w) for w in grid])
         best = values.max()
         for k in np.flatnonzero((values[1:-1] >= values[:-2]) & (values[1:-1] >= values[2:])) + 1:
             if values[k] > 0.9 * best:
-                found = minimize_scalar(lambda w: -size(w), bounds=(grid[k - 1], grid[k + 1]), method="bounded", options={"xatol": 1e-9 * grid[k]})
+                found = minimize_scalar(
+                    lambda w: -size(w),
+                    bounds=(grid[k - 1], grid[k + 1]),
+                    method="bounded",
+                    options={"xatol": 1e-9 * grid[k]},
+                )
                 best = max(best, -found.fun)
         return float(best)
 
@@ -147,12 +154,17 @@ class PlainPlant:
         if self.h is not None:
             N = 4096
             theta = 2 * math.pi * (np.arange(N) + 0.5) / N / self.h
-            squares = [np.linalg.norm(self.channel(m, w, subject["inputs"], subject["outputs"], subject["openings"])) ** 2 for w in theta[: N // 2]]
+            squares = [
+                np.linalg.norm(self.channel(m, w, subject["inputs"], subject["outputs"], subject["openings"])) ** 2
+                for w in theta[: N // 2]
+            ]
             return math.sqrt(np.mean(squares) / self.h)
 
         def density(x):
             w = math.exp(x)
-            return np.linalg.norm(self.channel(m, w, subject["inputs"], subject["outputs"], subject["openings"])) ** 2 * w
+            return (
+                np.linalg.norm(self.channel(m, w, subject["inputs"], subject["outputs"], subject["openings"])) ** 2 * w
+            )
 
         return math.sqrt(quad(density, -12, 14, limit=2000, epsrel=1e-9)[0] / math.pi)
 

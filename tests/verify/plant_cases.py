@@ -37,6 +37,7 @@ def _pd():
 
 def _motor():
     """Speed of a DC motor under PI and a low-pass of the measurement; two motors."""
+
     def motor(name, inertia):
         return tf([0.01], [inertia * 0.5, inertia + 0.05, 0.1001], input="voltage", output="speed", name=name)
 

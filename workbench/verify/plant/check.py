@@ -6,6 +6,7 @@ What the table states besides (measured figures, the verdicts' values, who made 
 nobody; a requirement without a promise is listed as not promised.
 """
 
+import math
 from collections.abc import Callable, Mapping
 from time import perf_counter
 from typing import Any
@@ -130,14 +131,9 @@ def _enclosure(promise: Promise, answers: list[Answer], *, failed: bool) -> tupl
         high = None
     if promise.sense == ">=" and None in lows:
         low = None
-    if low is None and high is None:
-        return None if not failed else (float(promise.limit), float(promise.limit))
-    return outward(_or(low, high, -1), _or(high, low, 1))
-
-
-def _or(end: fmpq | None, other: fmpq | None, sign: int) -> fmpq:
-    """An end, or the other one where it is open."""
-    return end if end is not None else other if other is not None else fmpq(sign)
+    below = -math.inf if low is None else outward(low, low)[0]
+    above = math.inf if high is None else outward(high, high)[1]
+    return (below, above) if failed or low is not None or high is not None else None
 
 
 def _requirements(table: Table, faults: list[str]) -> list[str]:

@@ -9,6 +9,8 @@ from workbench.verify.exact.failure import NotProved
 from workbench.verify.exact.pole import ends
 from workbench.verify.plant.table import Promise
 
+FURTHEST = fmpq(2) ** 60
+STEPS = 14  # halvings of a bracket found level by level
 ABOVE_PEAK = fmpq(1, 10**6)  # relative width of a peak's bracket that is shown
 
 
@@ -34,6 +36,28 @@ def enclosed(promise: Promise, value: arb, method: str, exactly: Callable[[], bo
     if not inside and not outside and not exactly():
         raise NotProved(f"the limit lies within the enclosure [{float(low):.9g}, {float(high):.9g}]")
     return Answer(not outside, low, high, method)
+
+
+def bracket(kept: Callable[[fmpq], bool], good: fmpq, bad: fmpq | None, steps: int) -> tuple[fmpq, fmpq | None]:
+    """A level that is kept and one that is not, nearer to each other; `bad` is searched above `good` if None.
+
+    A level that cannot be told ends the search.
+    """
+    try:
+        step = abs(good) or fmpq(1, 2**20)
+        while bad is None:
+            if step > FURTHEST:
+                return good, None
+            if kept(good + step):
+                good, step = good + step, step * 4
+            else:
+                bad = good + step
+        for _ in range(steps):
+            middle = (good + bad) / 2
+            good, bad = (middle, bad) if kept(middle) else (good, middle)
+    except NotProved:
+        pass
+    return good, bad
 
 
 def require_sense(promise: Promise, sense: str) -> None:

@@ -8,7 +8,7 @@ from workbench.verify.exact.quasi import beyond
 from workbench.verify.plant.loop import Loop
 from workbench.verify.plant.response import COUNTED, ISOLATED, exactly_kept, late, poles, within
 from workbench.verify.plant.table import Promise
-from workbench.verify.promises.answer import Answer, enclosed, require_sense
+from workbench.verify.promises.answer import STEPS, Answer, bracket, enclosed, require_sense
 
 KIND = "decay rate"
 
@@ -20,8 +20,10 @@ def prove(loop: Loop, promise: Promise) -> Answer:
     if late(loop, subject.openings):
         if subject.band is not None:
             raise NotProved("the checker counts roots of a loop with dead time without a band")
-        outside = beyond(loop.characteristic(subject.openings), promise.limit)
-        return Answer(outside == 0, promise.limit if outside == 0 else None, None, COUNTED)
+        P = loop.characteristic(subject.openings)
+        if beyond(P, promise.limit) > 0:
+            return Answer(False, None, promise.limit, COUNTED)
+        return Answer(True, *bracket(lambda decay: beyond(P, decay) == 0, promise.limit, None, STEPS), COUNTED)
     with ctx.workprec(PRECISION):
         found = within(poles(loop, subject.openings), subject.band)
         if not found:

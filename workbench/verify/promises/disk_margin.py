@@ -8,8 +8,8 @@ Source: Seiler, Packard & Gahinet, IEEE Control Systems 40 (2020) 78.
 from workbench.verify.exact.failure import NotProved
 from workbench.verify.plant.loop import Loop
 from workbench.verify.plant.table import Promise
-from workbench.verify.promises.answer import Answer, require_sense
-from workbench.verify.promises.peak import level_kept
+from workbench.verify.promises.answer import STEPS, Answer, bracket, require_sense
+from workbench.verify.promises.peak import FEW, levels_of
 
 KIND = "disk margin"
 
@@ -20,5 +20,9 @@ def prove(loop: Loop, promise: Promise) -> Answer:
     if promise.limit <= 0:
         raise NotProved("a disk margin is above zero")
     points = promise.subject.points
-    kept, method = level_kept(loop, promise.subject, points, points, 1 / promise.limit, half=True)
-    return Answer(kept, promise.limit if kept else None, None if kept else promise.limit, method)
+    levels = levels_of(loop, promise.subject, points, points, half=True)
+    if not levels.kept(1 / promise.limit):
+        return Answer(False, None, promise.limit, levels.method)
+    steps = STEPS if len(points) == 1 else FEW
+    low, high = bracket(lambda margin: levels.kept(1 / margin), promise.limit, None, steps)
+    return Answer(True, low, high if len(points) == 1 else None, levels.method)

@@ -1,6 +1,7 @@
 """The largest singular value of a channel against a level, by the proof that suits the loop."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from flint import arb, ctx, fmpq
 
@@ -12,9 +13,11 @@ from workbench.verify.exact.sensitivity import Peak
 from workbench.verify.plant.loop import Loop
 from workbench.verify.plant.response import Response, require_stable, response_of
 from workbench.verify.plant.table import Promise, Subject
-from workbench.verify.promises.answer import ABOVE_PEAK, Answer, require_sense
+from workbench.verify.promises.answer import ABOVE_PEAK, STEPS, Answer, bracket, require_sense
 
 STURM = "exact: Sturm's theorem, the loop proved stable"
+FEW = 3  # halvings of a bracket of several signals
+ZERO = fmpq(0)
 INTERVALS = "ball arithmetic: intervals of frequency, the loop proved stable, dead times exact"
 
 
@@ -24,21 +27,48 @@ def peak(loop: Loop, promise: Promise, inputs: Sequence[str], outputs: Sequence[
     if promise.limit <= 0:
         raise NotProved("a peak is proved against a limit above zero")
     subject = promise.subject
-    kept, method = level_kept(loop, subject, inputs, outputs, promise.limit)
-    if method == STURM and subject.band is None:
-        found = _exact(loop, subject, inputs, outputs)
-        low, high = found.enclosure(promise.limit, ABOVE_PEAK) if not found.zero else (fmpq(0), fmpq(0))
-        return Answer(kept, low, high, method)
-    return Answer(kept, None if kept else promise.limit, promise.limit if kept else None, method)
+    levels = levels_of(loop, subject, inputs, outputs)
+    kept = levels.kept(promise.limit)
+    if levels.exact is not None and subject.band is None:
+        none = levels.exact.zero
+        return Answer(kept, *((fmpq(0),) * 2 if none else levels.exact.enclosure(promise.limit, ABOVE_PEAK)), STURM)
+    if not kept:
+        return Answer(False, promise.limit, None, levels.method)
+    single = min(len(inputs), len(outputs)) == 1
+    steps = STEPS if single else FEW  # each takes several times as long
+    below, above = bracket(lambda level: not levels.kept(level), fmpq(0), promise.limit, steps)
+    return Answer(True, below, above, levels.method)
 
 
-def level_kept(
-    loop: Loop, subject: Subject, inputs: Sequence[str], outputs: Sequence[str], level: fmpq, *, half: bool = False
-) -> tuple[bool, str]:
-    """Whether σ_max(T) (with `half` of T − I/2, weights of the points free) stays at or below a level; and by what.
+@dataclass(frozen=True, slots=True)
+class LevelTest:
+    """Whether a level is kept, over a band, by one of two proofs."""
 
-    The level itself may be touched only where Sturm's theorem tells it exactly.
-    """
+    exact: Peak | None
+    intervals: Levels | None
+    low: fmpq
+    high: fmpq | None
+
+    @property
+    def method(self) -> str:
+        """Which of the two."""
+        return STURM if self.exact else INTERVALS
+
+    def kept(self, level: fmpq) -> bool:
+        """Whether the peak stays at or below a level, touched only where Sturm's theorem tells it exactly."""
+        if self.intervals is not None:
+            return self.intervals.below(level, self.low, self.high)
+        if self.exact is None or (self.low > 0 and self.high is None):
+            raise NotProved("a band without an upper end must begin at zero")
+        if self.high is not None:
+            return self.exact.below_between(level, self.low**2, self.high**2)
+        return self.exact.at_most(level)
+
+
+def levels_of(
+    loop: Loop, subject: Subject, inputs: Sequence[str], outputs: Sequence[str], *, half: bool = False
+) -> LevelTest:
+    """The test of σ_max(T), with `half` of T − I/2 and weights of the points free, once the loop is proved stable."""
     if not inputs or not outputs:
         raise NotProved("the promise names no signals")
     require_stable(loop, subject.openings)
@@ -47,22 +77,13 @@ def level_kept(
         response = _less_half(response)
     low, high = _band(subject, loop.sample_time)
     scaled = half and len(inputs) > 1
-    if response.delayed or scaled:
-        P, N = response.P, response.N
-        if not response.delayed:
-            p, n = response.polynomials()
-            P, N = Quasi({fmpq(0): p}), [[Quasi({fmpq(0): q} if q != 0 else {}) for q in row] for row in n]
-        return Levels(P, N, scaled=scaled).below(level, low, high), INTERVALS
-    exact = Peak.of_fractions(*response.polynomials())
-    if high is not None:
-        return exact.below_between(level, low * low, high * high), STURM
-    if low > 0:
-        raise NotProved("a band without an upper end must begin at zero")
-    return exact.at_most(level), STURM
-
-
-def _exact(loop: Loop, subject: Subject, inputs, outputs) -> Peak:
-    return Peak.of_fractions(*response_of(loop, inputs, outputs, subject.openings).polynomials())
+    if not response.delayed and not scaled:
+        return LevelTest(Peak.of_fractions(*response.polynomials()), None, low, high)
+    P, N = response.P, response.N
+    if not response.delayed:
+        p, n = response.polynomials()
+        P, N = Quasi({ZERO: p}), [[Quasi({ZERO: q} if q != 0 else {}) for q in row] for row in n]
+    return LevelTest(None, Levels(P, N, scaled=scaled), low, high)
 
 
 def _less_half(response: Response) -> Response:

@@ -11,7 +11,7 @@ from workbench.verify.exact.quasi import beyond
 from workbench.verify.plant.loop import Loop
 from workbench.verify.plant.response import COUNTED, ISOLATED, late, poles
 from workbench.verify.plant.table import Promise
-from workbench.verify.promises.answer import Answer, require_sense
+from workbench.verify.promises.answer import STEPS, Answer, bracket, require_sense
 
 KIND = "stability"
 
@@ -19,12 +19,15 @@ KIND = "stability"
 def prove(loop: Loop, promise: Promise) -> Answer:
     """Whether all roots have Re s < −limit."""
     require_sense(promise, ">=")
-    if promise.subject.band is not None or promise.limit < 0:
+    subject = promise.subject
+    if subject.band is not None or promise.limit < 0:
         raise NotProved("stability speaks of every root and a decay of zero or more")
-    if late(loop, promise.subject.openings):
-        outside = beyond(loop.characteristic(promise.subject.openings), promise.limit)
-        return Answer(outside == 0, promise.limit if outside == 0 else None, None, COUNTED)
-    found = poles(loop, promise.subject.openings)
+    if late(loop, subject.openings):
+        P = loop.characteristic(subject.openings)
+        if beyond(P, promise.limit) > 0:
+            return Answer(False, None, promise.limit, COUNTED)
+        return Answer(True, *bracket(lambda decay: beyond(P, decay) == 0, promise.limit, None, STEPS), COUNTED)
+    found = poles(loop, subject.openings)
     if not found:
         return Answer(True, promise.limit, None, ISOLATED)
     with ctx.workprec(PRECISION):
