@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 from scipy.integrate import quad
-from scipy.optimize import minimize_scalar
+from scipy.optimize import brentq, minimize_scalar
 
 PADE = 6
 
@@ -69,7 +69,14 @@ class PlainPlant:
         passed = np.diag([0.0 if n in openings else 1.0 for n in points])
         push = np.eye(N)[:, [points.index(n) for n in inputs]]
         after = np.linalg.solve(np.eye(N) - passed @ before, push)
-        return np.array([_sum(text, points) for text in outputs]) @ after
+        behind = np.array([_sum(text, points) if not text.startswith("before ") else np.zeros(N) for text in outputs])
+        front = np.array(
+            [
+                _sum(text.removeprefix("before "), points) if text.startswith("before ") else np.zeros(N)
+                for text in outputs
+            ]
+        )
+        return behind @ after + front @ before @ after
 
     def system(self, m, openings=()):
         """A of the loop, continuous dead times by Padé, sampled ones as chains; the blocks' states from responses."""
@@ -117,6 +124,8 @@ class PlainPlant:
             return -math.inf if promise["sense"] == ">=" else math.inf
         if kind == "variance":
             return self.rms(m, subject)
+        if kind == "delay margin":
+            return min(self.delay(m, point, openings) for point in subject["points"])
         ends = (subject["points"],) * 2 if subject["points"] else (subject["inputs"], subject["outputs"])
         minus = np.eye(len(ends[0])) / 2 if kind == "disk margin" else 0.0
 
@@ -126,6 +135,21 @@ class PlainPlant:
 
         peak = self.peak(size, poles, band)
         return 1 / peak if kind == "disk margin" else peak
+
+    def delay(self, m, point, openings):
+        """The smallest lag over frequency where the loop gain passes 1."""
+
+        def loop(w):
+            S = self.channel(m, w, [point], [point], openings)[0, 0]
+            return (1 - S) / S
+
+        grid = np.geomspace(1e-3, 1e4, 3000)
+        sizes = np.array([abs(loop(w)) - 1 for w in grid])
+        found = [math.inf]
+        for k in np.flatnonzero(sizes[1:] * sizes[:-1] < 0):
+            w = brentq(lambda w: abs(loop(w)) - 1, grid[k], grid[k + 1], xtol=1e-12)
+            found.append((np.angle(-loop(w)) % (2 * math.pi)) / w)
+        return min(found)
 
     def peak(self, size, poles, band):
         low, high = max(band[0], 1e-4), band[1] or 1e5

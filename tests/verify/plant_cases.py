@@ -1,4 +1,4 @@
-"""Small designs of plants of one's own whose tables the checker is tried on: dead time, sampled, two by two, classical."""
+"""Small designs of plants of one's own whose tables the checker is tried on."""
 
 from functools import cache
 
@@ -27,8 +27,10 @@ def _pd():
     plant = tf([400], [1, 2.8, 401.6, 800, 0], input="torque", output="angle", dead_time=0.004)
     structure = Structure((pid("r - angle", "torque", Kp=1.0, Kd=0.3, Tf=0.2, parts="PD"),), ("r",))
     asked = [
-        goals.Margins(points="torque", gain_db=3, phase_deg=15, hard=True), goals.Sensitivity(points="torque", limit=1.4),
-        goals.Gain(inputs="r", outputs="angle", limit=1.1), goals.Variance(inputs="torque", outputs="angle", limit=0.48),
+        goals.Margins(points="torque", gain_db=3, phase_deg=15, hard=True),
+        goals.Sensitivity(points="torque", limit=1.4),
+        goals.Gain(inputs="r", outputs="angle", limit=1.1), goals.DelayMargin(points="torque", delay=2.0),
+        goals.Variance(inputs="torque", outputs="angle", limit=0.48),
         goals.Poles(decay=0.3, name="decay"), goals.Poles(damping=0.015, focus=(0, 60), name="damping"),
         goals.StepTracking(inputs="r", outputs="angle", time_constant=0.4),
     ]  # fmt: skip
@@ -47,7 +49,8 @@ def _motor():
     )
     asked = [
         goals.Poles(damping=0.4, name="damping", hard=True), goals.Sensitivity(points="voltage", limit=1.6, hard=True),
-        goals.Gain(inputs="r", outputs="speed", limit=1.3), goals.Variance(inputs="voltage", outputs="speed", limit=0.2),
+        goals.Gain(inputs="r", outputs="speed", limit=1.3),
+        goals.Variance(inputs="voltage", outputs="speed", limit=0.2),
         goals.Poles(decay=0.5, name="decay"), goals.Gain(inputs="speed", outputs="voltage", limit=200.0, openings=()),
     ]  # fmt: skip
     return [motor("light", 0.01), motor("heavy", 0.012)], structure, asked

@@ -266,11 +266,14 @@ class Goal:
             where=value.where(), model=model, method=value.method, upper=upper,
         )  # fmt: skip
 
-    def promise(self, verdict: Verdict) -> Promise | None:
+    def promise(self, verdict: Verdict) -> Promise | tuple[Promise, ...] | None:
         """What a table promises of a verdict: the limit asked for, else what was reached; None where nothing is.
 
-        The kind's own word has a proof in `verify/promises` or none; then `verify` says that it is not proved.
+        The kind's own word has a proof in `verify/promises` or none; then `verify` says that it is not proved. A limit
+        that varies over frequency is no limit of the kind that is proved.
         """
+        if self.proof and self.asked() == Asked():
+            return None
         reached = verdict.value if verdict.upper is None else verdict.upper
         limit = None if reached is None else kept_limit(verdict.limit, reached, verdict.sense)
         return None if limit is None else self.promised(self.proof or self.kind, verdict.sense, limit)

@@ -64,12 +64,11 @@ class Poles(Goal):
     def asked(self) -> Asked:
         return _asked(self)
 
-    def promise(self, verdict: Verdict) -> Promise | None:
-        """One limit alone; of several at once nothing is promised."""
-        word = {"1/s": "decay rate", "1": "damping ratio", "rad/s": "pole frequency"}[verdict.unit]
-        one = verdict.limit if verdict.met else None
-        several = self.asked() == Asked()
-        return None if several or one is None else self.promised(word, verdict.sense, one)
+    def promise(self, verdict: Verdict) -> tuple[Promise, ...]:
+        """Every limit that is set, where they are met."""
+        limits = (("decay rate", ">=", self.decay), ("damping ratio", ">=", self.damping),
+                  ("pole frequency", "<=", self.frequency))  # fmt: skip
+        return tuple(self.promised(word, sense, x) for word, sense, x in limits if x is not None and verdict.met)
 
     def bind(self, loop: Any) -> Bound:
         """The goal on the closed loop with `openings` open."""

@@ -41,6 +41,8 @@ class Levels:
             square = arb(level * level)
             if high is None:
                 high = self._tail(square, max(low, fmpq(1)))
+                if high is None:
+                    return False
             waiting = [(low, high, 0)]
             while waiting:
                 check()
@@ -60,14 +62,16 @@ class Levels:
                 waiting += [(middle, b, depth + 1), (a, middle, depth + 1)]
             return True
 
-    def _tail(self, square: arb, start: fmpq) -> fmpq:
-        """R beyond which the level is kept."""
+    def _tail(self, square: arb, start: fmpq) -> fmpq | None:
+        """R beyond which the level is kept; None where it is not at R."""
         R = start
         while R < FURTHEST:
             P = self._P.at_infinity(self._order, R)
             N = [[q.at_infinity(self._order, R) for q in row] for row in self._N]
             if _definite(_gram(square, P, N, self._weights(acb(0, arb(R))))):
                 return R
+            if not self._scaled and self._definite(square, acb(0, arb(R))) is False:
+                return None
             R *= 4
         raise NotProved(
             "no frequency was found beyond which the limit is kept: it is too close to the gain at infinity"

@@ -9,7 +9,7 @@ from workbench.verify.exact.failure import NotProved
 from workbench.verify.plant.loop import Loop
 from workbench.verify.plant.table import Promise
 from workbench.verify.promises.answer import STEPS, Answer, bracket, require_sense
-from workbench.verify.promises.peak import FEW, levels_of
+from workbench.verify.promises.peak import levels_of
 
 KIND = "disk margin"
 
@@ -23,6 +23,6 @@ def prove(loop: Loop, promise: Promise) -> Answer:
     levels = levels_of(loop, promise.subject, points, points, half=True)
     if not levels.kept(1 / promise.limit):
         return Answer(False, None, promise.limit, levels.method)
-    steps = STEPS if len(points) == 1 else FEW
-    low, high = bracket(lambda margin: levels.kept(1 / margin), promise.limit, None, steps)
-    return Answer(True, low, high if len(points) == 1 else None, levels.method)
+    if len(points) > 1:
+        return Answer(True, promise.limit, None, levels.method)
+    return Answer(True, *bracket(lambda margin: levels.kept(1 / margin), promise.limit, None, STEPS), levels.method)

@@ -16,7 +16,6 @@ from workbench.verify.plant.table import Promise, Subject
 from workbench.verify.promises.answer import ABOVE_PEAK, STEPS, Answer, bracket, require_sense
 
 STURM = "exact: Sturm's theorem, the loop proved stable"
-FEW = 3  # halvings of a bracket of several signals
 ZERO = fmpq(0)
 INTERVALS = "ball arithmetic: intervals of frequency, the loop proved stable, dead times exact"
 
@@ -34,10 +33,8 @@ def peak(loop: Loop, promise: Promise, inputs: Sequence[str], outputs: Sequence[
         return Answer(kept, *((fmpq(0),) * 2 if none else levels.exact.enclosure(promise.limit, ABOVE_PEAK)), STURM)
     if not kept:
         return Answer(False, promise.limit, None, levels.method)
-    single = min(len(inputs), len(outputs)) == 1
-    steps = STEPS if single else FEW  # each takes several times as long
-    below, above = bracket(lambda level: not levels.kept(level), fmpq(0), promise.limit, steps)
-    return Answer(True, below, above, levels.method)
+    steps = STEPS if min(len(inputs), len(outputs)) == 1 else 0  # of several signals each takes several times as long
+    return Answer(True, *bracket(lambda level: not levels.kept(level), ZERO, promise.limit, steps), levels.method)
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,7 +11,7 @@ from workbench.verify.exact.quasi import beyond
 from workbench.verify.plant.loop import Loop
 from workbench.verify.plant.response import COUNTED, ISOLATED, late, poles
 from workbench.verify.plant.table import Promise
-from workbench.verify.promises.answer import STEPS, Answer, bracket, require_sense
+from workbench.verify.promises.answer import Answer, require_sense
 
 KIND = "stability"
 
@@ -24,9 +24,8 @@ def prove(loop: Loop, promise: Promise) -> Answer:
         raise NotProved("stability speaks of every root and a decay of zero or more")
     if late(loop, subject.openings):
         P = loop.characteristic(subject.openings)
-        if beyond(P, promise.limit) > 0:
-            return Answer(False, None, promise.limit, COUNTED)
-        return Answer(True, *bracket(lambda decay: beyond(P, decay) == 0, promise.limit, None, STEPS), COUNTED)
+        kept = beyond(P, promise.limit) == 0
+        return Answer(kept, promise.limit if kept else None, None if kept else promise.limit, COUNTED)
     found = poles(loop, subject.openings)
     if not found:
         return Answer(True, promise.limit, None, ISOLATED)

@@ -1,0 +1,275 @@
+"""Tables of plants of one's own: what is promised is true by a second evaluation, and nobody gets a false one past."""
+
+import copy
+import json
+
+import jsonschema
+import numpy as np
+import pytest
+from adversary import HAIR, leaves, of_keys, put
+from plain_plant import PlainPlant
+from plant_cases import CASES, design_of
+
+from workbench.errors import InputError
+from workbench.files.digest import digest_of
+from workbench.handover.table.plant import PlantTable, plant_table, schema
+from workbench.handover.table.table import read_table, table_of
+from workbench.verify.check import verify, verify_document
+from workbench.verify.exact.failure import TableError
+
+FAST = 4  # mutations of each table in the fast suite
+FREE = ("problem", "title", "data_sha256", "created", "versions", "seed", "solver", "starts", "measured")
+SUBJECT = ("inputs", "outputs", "openings", "points", "models")
+
+
+@pytest.fixture(scope="module", params=CASES)
+def case(request):
+    return request.param
+
+
+@pytest.fixture(scope="module")
+def document(case):
+    return plant_table(design_of(case)).to_dict()
+
+
+@pytest.fixture(scope="module")
+def report(document):
+    return verify_document(document)
+
+
+def signed(document, mutate):
+    changed = copy.deepcopy(document)
+    mutate(changed)
+    changed["digest"] = digest_of(changed)
+    return changed
+
+
+def passes(document):
+    """The report of a table that is let through, else None."""
+    try:
+        report = verify_document(document)
+    except TableError:
+        return None
+    return report if report.proved else None
+
+
+def false_promises(document):
+    """Names of the promises that the second evaluation finds false."""
+    plain = PlainPlant(document)
+    return [p["kind"] for p in document["promises"] if not plain.holds(p)]
+
+
+def test_a_table_is_proved_from_its_file_alone(document, report, tmp_path):
+    assert report.faults == ()
+    assert {p["kind"] for p in document["promises"]} >= {"stability", "peak sensitivity"}
+    table = plant_table(design_of(document["problem"])).write(tmp_path / "gains.json")
+    assert verify(tmp_path / "gains.json").proved
+    assert read_table(tmp_path / "gains.json") == table
+
+
+def test_a_second_evaluation_lies_in_every_proved_interval(document, report):
+    plain = PlainPlant(document)
+    for promise, finding in zip(document["promises"], report.findings, strict=True):
+        subject = {key: promise["subject"].get(key, []) for key in SUBJECT}
+        values = [plain.value(plain.models[name], promise, subject) for name in subject["models"] or plain.models]
+        worst = max(values) if promise["sense"] == "<=" else min(values)
+        low, high = finding.proved
+        slack = 2e-5 * abs(worst)  # of a grid's refined peak and of Padé's poles
+        assert low - slack <= worst <= high + slack, finding.name
+
+
+def test_the_table_gives_back_the_models_and_the_structure_digit_for_digit(case, document):
+    design, table = design_of(case), PlantTable.model_validate(document)
+    for ours, theirs in zip(table.to_models(), design.problem.systems, strict=True):
+        omega = np.array([0.1, 1.0, 7.0])
+        assert ours.response(omega) == pytest.approx(theirs.response(omega), rel=1e-12)
+        assert (ours.inputs, ours.outputs, ours.sample_time) == (theirs.inputs, theirs.outputs, theirs.sample_time)
+    K, ours = design.structure.controller(), table.to_structure().controller()
+    assert all(np.array_equal(getattr(K, key), getattr(ours, key)) for key in "ABCD")
+    assert table.values() == dict(design.values)
+
+
+def mutations(document):
+    """Every number of the loop and of the promises: a hair, half as large again, turned, from zero."""
+    for at, value in leaves(document):
+        place = ".".join(map(str, at))
+        if at[0] not in ("models", "structure", "promises") or isinstance(value, bool):
+            continue
+        if isinstance(value, str) and (at[-1] in ("value", "dead_time_s", "sample_time_s") or at[-3] in (*"ABCD",)):
+            number = float(value)
+            for factor in (1 + HAIR, 1.5, -1.0) if number else ():
+                yield f"{place} × {factor}", put(at, repr(number * factor))
+            if not number:
+                yield f"{place} from zero", put(at, "1.0")
+        elif isinstance(value, int | float):
+            for factor in (1 + HAIR, 0.3, 3.0, -1.0) if value else ():
+                yield f"{place} × {factor}", put(at, value * factor)
+        elif isinstance(value, str) and at[0] == "promises":
+            yield f"{place} turned", put(at, {"<=": ">=", ">=": "<="}.get(value, "bending"))
+        elif isinstance(value, str) and at[-2] in ("inputs", "outputs") and at[0] == "structure":
+            yield f"{place} turned", put(at, value[1:] if value.startswith("-") else f"-{value}")
+
+
+def assert_noticed(document, some):
+    """Each mutated table is refused, or true all the same."""
+    for words, mutate in some:
+        changed = signed(document, mutate)
+        if passes(changed):
+            assert false_promises(changed) == [], words
+
+
+def test_no_mutated_number_of_a_sample_makes_a_false_table_pass(document):
+    every = list(mutations(document))
+    assert len(every) > 40
+    rng = np.random.default_rng(5)
+    assert_noticed(document, [every[k] for k in rng.choice(len(every), FAST, replace=False)])
+
+
+@pytest.mark.slow
+def test_no_mutated_number_makes_a_false_table_pass(document):
+    assert_noticed(document, mutations(document))
+
+
+def test_limits_beyond_the_truth_are_refused_and_limits_inside_pass(document, report):
+    stability = document["promises"][0]
+    for promise, finding in list(zip(document["promises"], report.findings, strict=True))[1:]:
+
+        def limited(limit, promise=promise):
+            def change(d):
+                d["requirements"], d["promises"] = [], [stability, {**promise, "limit": limit}]
+
+            return passes(signed(document, change))
+
+        low, high = finding.proved
+        upper = finding.sense == "<="
+        known, inside = (low, high) if upper else (high, low)
+        if np.isfinite(known) and known > 0:
+            assert limited(known * (0.999 if upper else 1.001)) is None, finding.name
+        assert limited(inside * (1.001 if upper else 0.999)), finding.name
+
+
+def test_every_figure_that_nobody_proves_is_listed(document, report):
+    for at, value in leaves(document):
+        if at[0] in ("models", "structure", "promises", "undecided", "digest", "format", "version"):
+            continue
+        if at[0] == "requirements" and at[2] in ("hard", "met", "promises", "name", "sense", "unit"):
+            continue
+        place = ".".join(map(str, at[:3] if at[0] == "requirements" else at[:2] if at[0] == "measured" else at[:1]))
+        assert place in report.stated, (at, value)
+
+
+def test_a_requirement_that_contradicts_itself_is_a_fault():
+    document = plant_table(design_of("motor")).to_dict()
+    for k, entry in enumerate(document["requirements"]):
+        if not (entry["met"] and entry["value"]):
+            continue
+        worse = entry["limit"] * (2 if entry["sense"] == "<=" else 0.5)
+        assert passes(signed(document, put(("requirements", k, "value"), worse))) is None
+        if entry["hard"]:
+            assert passes(signed(document, put(("requirements", k, "met"), False))) is None
+
+
+def test_a_key_too_many_or_too_few_is_refused():
+    document = plant_table(design_of("motor")).to_dict()
+    every = [m for m in of_keys(document) if not m[0].startswith(("measured", "versions"))]
+    may_lack = ("without outputs", "without inputs", "without points", "without openings", "without models",
+                "without band", "without model", "without method", "without upper")  # fmt: skip
+    for words, mutate in every[::7]:
+        changed = signed(document, mutate)
+        if words.endswith(may_lack) or "versions" in words or "options" in words:
+            assert passes(changed) is None or false_promises(changed) == [], words
+        else:
+            assert passes(changed) is None, words
+
+
+def test_a_promise_of_an_unknown_kind_is_not_proved_with_the_reason():
+    document = plant_table(design_of("motor")).to_dict()
+    odd = {"kind": "resistive control power", "sense": "<=", "limit": 32.0, "subject": {}}
+    changed = signed(document, lambda d: d["promises"].append(odd))
+    finding = verify_document(changed).findings[-1]
+    assert (finding.verdict, finding.holds) == ("not proved", False)
+    assert "no proof of the kind 'resistive control power'" in finding.reason
+
+
+def test_a_table_without_the_promise_of_stability_does_not_hold():
+    document = plant_table(design_of("motor")).to_dict()
+
+    def without(d):
+        d["promises"] = [p for p in d["promises"] if p["kind"] != "stability"]
+        d["requirements"] = []
+
+    assert passes(signed(document, without)) is None
+
+
+def test_an_unstable_loop_is_promised_nothing():
+    from workbench.design.record import given
+
+    problem = design_of("pd").problem
+    table = table_of(given(problem, {"Kp": -1.0}))
+    assert table.promises == []
+    assert any("not on model" in u.reason for u in table.undecided)
+
+
+@pytest.mark.parametrize("unit", [1e-3, 60.0])
+def test_another_unit_of_time_keeps_every_promise(unit):
+    """s → s/unit in the model of the column: dead times × unit, limits of decay / unit, gains of the integrals too."""
+    document = plant_table(design_of("column")).to_dict()
+
+    def slower(d):
+        for model in d["models"]:
+            for key in "AB":
+                model[key] = [[repr(float(x) / unit) for x in row] for row in model[key]]
+            for line in model["lines"]:
+                line["dead_time_s"] = repr(float(line["dead_time_s"]) * unit)
+        for block in d["structure"]["blocks"]:
+            for slot, p in block["parameters"].items():
+                factor = {"Ki": 1 / unit, "Tf": unit, "Kd": unit}.get(slot, 1.0)
+                p["value"] = repr(float(p["value"]) * factor)
+        for p in d["promises"]:
+            p["limit"] /= unit if p["kind"] == "decay rate" else 1.0
+
+    assert passes(signed(document, slower))
+
+
+def test_the_published_schema_is_the_models_and_accepts_every_table(document):
+    from importlib.resources import files
+
+    published = json.loads(
+        files("workbench.handover.table").joinpath("plant_table.schema.json").read_text(encoding="utf-8")
+    )
+    assert published == schema()
+    jsonschema.Draft202012Validator(published).validate(document)
+
+
+@pytest.mark.parametrize(
+    ("at", "value", "sentence"),
+    [
+        (("version",), 3, "version 1 or 2"),
+        (("models", 0, "A", 0, 0), "nan", "models.0.A.0.0"),
+        (("structure", "blocks", 0, "kind"), "magic", "kind of block"),
+        (("structure", "blocks", 0, "parameters", "Kp", "value"), "1e999", "finite double"),
+        (("models", 0, "sample_time_s"), "0", "sample"),
+    ],
+)
+def test_an_unusable_table_is_refused_in_one_sentence(tmp_path, at, value, sentence):
+    document = signed(plant_table(design_of("pd")).to_dict(), put(at, value))
+    (tmp_path / "t.json").write_text(json.dumps(document))
+    with pytest.raises(InputError, match=sentence) as refusal:
+        read_table(tmp_path / "t.json")
+    assert "\n" not in str(refusal.value)
+
+
+def test_an_expression_cannot_stand_in_a_table():
+    import casadi as ca
+
+    from workbench.control.structure.block import Parameter
+    from workbench.control.structure.space import expression
+    from workbench.design.problem import Problem
+    from workbench.design.record import given
+    from workbench.lti.make import tf
+
+    k = ca.SX.sym("k")
+    block = expression("r - y", "u", [(Parameter("k", 0.5), k)], D=k)
+    problem = Problem(models=tf([1.0], [1.0, 1.0], input="u", output="y"), structure=block, goals=[], name="x")
+    with pytest.raises(InputError, match="of a kind that data can state"):
+        plant_table(given(problem, {}))
