@@ -23,6 +23,7 @@ from workbench.analysis.density import Psd, band, value
 from workbench.analysis.ride import Direction, ThirdOctaves
 from workbench.constants import GRAVITY
 from workbench.errors import InputError, unknown_name
+from workbench.lti.peak_search import local_peaks
 from workbench.machine.reading import read_mapping
 from workbench.physics.guideway.interpolation import LogLog
 from workbench.result import Result, Row
@@ -201,7 +202,7 @@ def worst_ratio(psd: Psd, mask: Mask) -> Comparison:
     """The largest ratio of a density to a mask, over the frequencies both cover.
 
     Exact for an array, since both are power laws between their points; a function is searched on 96 points per octave
-    and refined around the three highest.
+    and refined around the highest.
     """
     low, high = mask.frequency_hz[0], mask.frequency_hz[-1]
     if callable(psd):
@@ -218,25 +219,16 @@ def worst_ratio(psd: Psd, mask: Mask) -> Comparison:
             )
         f = np.unique(np.concatenate([[low, high], np.asarray(psd[0], float), mask.frequency_hz]))
         f = f[(f >= low) & (f <= high)]
-    ratio = value(psd, f) / mask.psd(f)
-    at = int(np.argmax(ratio))
-    best, place = float(ratio[at]), float(f[at])
+
+    def ratio(at: np.ndarray) -> np.ndarray:
+        return value(psd, at) / mask.psd(at)
+
     if callable(psd):
-        for index in np.argsort(ratio)[-3:]:
-            best, place = max((best, place), _refined(psd, mask, f, int(index)))
+        place, best = local_peaks(ratio, f)[0]
+    else:
+        ratios = ratio(f)
+        place, best = float(f[np.argmax(ratios)]), float(ratios.max())
     return Comparison(name=mask.name, ratio=best, frequency_hz=place, low_hz=low, high_hz=high, verified=mask.verified)
-
-
-def _refined(psd: Psd, mask: Mask, f: np.ndarray, index: int) -> tuple[float, float]:
-    from scipy.optimize import minimize_scalar
-
-    def minus_ratio(log_frequency: float) -> float:
-        at = np.array([np.clip(np.exp(log_frequency), f[0], f[-1])])
-        return -float(value(psd, at)[0] / mask.psd(at)[0])
-
-    left, right = np.log(f[max(index - 1, 0)]), np.log(f[min(index + 1, len(f) - 1)])
-    found = minimize_scalar(minus_ratio, bounds=(left, right), method="bounded", options={"xatol": 1e-9})
-    return -float(found.fun), float(np.exp(found.x))
 
 
 def worst_band(bands: ThirdOctaves, limit: Boundary) -> Comparison:

@@ -25,8 +25,11 @@ from workbench.handover.code.program import MATRICES, Program, program
 from workbench.lti.bilinear import in_w_plane
 from workbench.lti.delay import LinedSystem
 from workbench.lti.disk import disk_margin
+from workbench.lti.front import matrices
 from workbench.lti.hold import held
+from workbench.lti.join import beside, wired
 from workbench.lti.model import Model
+from workbench.lti.realisation import Realisation
 from workbench.machine.threads import one_thread
 
 GRID = 200  # angles of the unit circle each way, beside those of the poles
@@ -154,18 +157,16 @@ class _Closed:
         reads = [k for k, name in enumerate(run.inputs) if name in plant.outputs]
         acts = [k for k, name in enumerate(run.outputs) if name in plant.inputs]
         P = plant.select(inputs=[run.outputs[k] for k in acts], outputs=[run.inputs[k] for k in reads])
-        n, nk, nu = len(P.A), len(run.F), len(acts)
-        Bc, Cc, Dc = run.B[:, reads], run.C[acts], run.D[np.ix_(acts, reads)]
-        E = np.linalg.inv(np.eye(len(reads)) - P.D @ Dc)
-        w_x = E @ np.hstack([P.C, P.D @ Cc])  # what is measured
-        w_d = E @ np.hstack([np.zeros((len(reads), nk)), P.D])
-        own = np.eye(nk, n + nk, n)
-        u_x, u_d = np.hstack([np.zeros((nu, n)), Cc]) + Dc @ w_x, np.eye(nu, nk + nu, nk) + Dc @ w_d
-        return cls(
-            np.vstack([P.A @ np.eye(n, n + nk) + P.B @ u_x, run.A @ own + Bc @ w_x]),
-            np.vstack([P.B @ u_d, np.eye(nk, nk + nu) + Bc @ w_d]),
-            np.vstack([own, w_x]), np.vstack([np.zeros((nk, nk + nu)), w_d]),
+        nk, nu, ny, eye = len(run.F), len(acts), len(reads), np.eye(len(run.F))
+        own = Realisation(  # from measurements and what is added to the next states, to states and commands
+            run.A, np.column_stack([run.B[:, reads], eye]), np.concatenate([eye, run.C[acts]]),
+            np.pad(run.D[np.ix_(acts, reads)], ((nk, 0), (0, nk))),
         )  # fmt: skip
+        back, into, out = np.zeros((nu + ny + nk, ny + nk + nu)), np.zeros((nu + ny + nk, nk + nu)), np.eye(nk + ny)
+        back[:nu, ny + nk :], back[nu : nu + ny, :ny] = np.eye(nu), np.eye(ny)
+        into[nu + ny :, :nk], into[:nu, nk:] = eye, np.eye(nu)
+        out = np.pad(np.roll(out, ny, axis=1), ((0, 0), (0, nu)))
+        return cls(*wired(beside(matrices(P), own), back, into, out, np.zeros((nk + ny, nk + nu))))
 
     @property
     def stable(self) -> bool:
