@@ -6,16 +6,19 @@ import numpy as np
 import pytest
 from scipy.linalg import expm, solve_discrete_are
 
-from workbench.convex.bound import CURRENTS, Dual, achieved_by, lower_bound
+from workbench.convex.bound import Dual, achieved_by, lower_bound
 from workbench.convex.preview import Cost, Measured, PreviewRegulator
 from workbench.errors import InputError
 from workbench.files.problem import load_problem
+from workbench.goals.ride.currents import MeanSquareCurrents
 
 A = np.array([[0.0, 1.0], [-2.0, -0.3]])
 B, FRONT, REAR = np.array([[0.0], [1.0]]), np.array([[0.2], [1.0]]), np.array([[0.1], [-0.6]])
 COSTS = [Cost(np.array([[1.0, 0.4]]), np.array([[0.0]])), Cost(np.array([[0.0, 0.0]]), np.array([[1.0]]))]
 COEFFICIENTS, DELAY = np.array([1.0, 0.5]), 0.4
 SEEN = Measured(states=2, C=np.array([[1.0, 0.0]]), intensity=np.array([0.05]))
+
+CURRENTS = MeanSquareCurrents.kind
 
 
 @pytest.fixture(scope="module")

@@ -74,7 +74,7 @@ def test_a_missing_file_is_refused_in_one_sentence(tmp_path):
         (lambda d: d["plant"]["states"].__setitem__(0, "heave"), "must have 'Z' among its states"),
         (lambda d: d.update(promises="all"), "promises must be a list"),
         (lambda d: d["promises"][0].update(sense="<"), "sense must be '>=', as of every limit on 'damping ratio'"),
-        (lambda d: d["promises"][0].update(name="dampin ratio"), "must be a quantity that can be promised"),
+        (lambda d: d["promises"][0].update(name="wear", sense="<<"), "sense must be '<= or >='"),
         (lambda d: d.update(remark="approved"), "it does not know 'remark'"),
         (lambda d: d["certificate"]["physics"].update(wind="0"), "it does not know 'wind'"),
         (lambda d: d["promises"][0].update(valid="always"), "it does not know 'valid'"),
