@@ -1,5 +1,6 @@
 """`workbench compare`: designs side by side."""
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -11,13 +12,35 @@ Names = Annotated[
 ]
 
 
-def compare(problems: Names, json: Json = False) -> None:
-    """Cost, margins, strokes, currents and power of several problems under their approved gains."""
+def compare(
+    problems: Names,
+    gains: Annotated[
+        list[Path] | None,
+        typer.Option(help="Gain table or mapping of names to numbers, several times: designs of one problem."),
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Figures of several problems under their approved gains, or of one problem under each of several gains.
+
+    Of vehicles cost, margins, strokes, currents and power; of other plants verdicts, margins and parameters.
+    """
     from workbench.commands.output import emit_json, emit_table
     from workbench.design.comparison import compare as side_by_side
-    from workbench.files.problem import load_problem
+    from workbench.errors import InputError
+    from workbench.files.own_plant import read_values
+    from workbench.files.problem import load_problem, read_gains
 
-    result = side_by_side([(load_problem(name), None) for name in problems])
+    if gains and len(problems) != 1:
+        raise InputError(f"--gains are designs of one problem; got {len(problems)} problems. Name the one they are of.")
+    loaded = [load_problem(name) for name in problems]
+    if gains:
+        (one,) = loaded
+        read = [read_gains(path) if one.flies else read_values(path, one.structure) for path in gains]
+        stems = [path.stem for path in gains]
+        names = [str(path) if stems.count(path.stem) > 1 else path.stem for path in gains]
+        result = side_by_side([(one, values) for values in read], names)
+    else:
+        result = side_by_side([(problem, None) for problem in loaded])
     if json:
         emit_json(result.to_dict())
         return

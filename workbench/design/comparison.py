@@ -1,16 +1,20 @@
 """Designs side by side: what each costs, keeps and draws.
 
-(problem, gains) of each --exact analysis--> Comparison: one column per problem, None where a figure does not apply
+(problem, values) of each --exact analysis--> Comparison: one column each, None where a figure does not apply
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from workbench.analysis.analysis import Analysis, analyse
 from workbench.control import Gains
+from workbench.design.plant_analysis import plant_analysis
 from workbench.design.problem import Problem
 from workbench.errors import InputError
 from workbench.result import Result, Row, figure
+
+Values = Gains | Mapping[str, float]
+Figures = dict[tuple[str, str], float | None]  # (quantity, unit) to value
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
@@ -58,37 +62,62 @@ class Comparison(Result):
         ]
 
 
-def compare(cases: Sequence[tuple[Problem, Gains | None]]) -> Comparison:
-    """The exact figures of several problems side by side, each under given gains; under its approved ones for None.
+def compare(cases: Sequence[tuple[Problem, Values | None]], names: Sequence[str] | None = None) -> Comparison:
+    """The exact figures of several problems side by side, each under given values; under its approved ones for None.
+
+    names : of the columns; the problems' if left out
 
     Raises
     ------
     InputError
-        If there are no problems, or gains are neither given nor approved.
+        If there are no problems, two columns have one name, or a vehicle's gains are neither given nor approved.
     """
     if not cases:
         raise InputError("a comparison needs at least one problem; got none.")
-    analyses = []
-    for problem, gains in cases:
-        chosen = gains or problem.approved
-        if chosen is None:
-            raise InputError(
-                f"problem {problem.name!r} has no approved gains to compare; give some, or design it first."
-            )
-        analyses.append(analyse(problem.setting, chosen, problem.name))
-    each = [_figures(a) for a in analyses]
-    names = dict.fromkeys(key for one in each for key in one)
+    heads = tuple(problem.name for problem, _ in cases) if names is None else tuple(names)
+    if names is not None and len(set(heads)) != len(cases):
+        raise InputError(f"each column of a comparison must have a name of its own; got {', '.join(heads)}.")
+    each = [_vehicle(problem, values) if problem.flies else _plant(problem, values) for problem, values in cases]
+    quantities = dict.fromkeys(key for one in each for key in one)
     return Comparison(
-        problems=tuple(a.problem for a in analyses),
+        problems=heads,
         figures=tuple(
-            Compared(quantity=q, unit=unit, values=tuple(one.get((q, unit)) for one in each)) for q, unit in names
+            Compared(quantity=q, unit=unit, values=tuple(one.get((q, unit)) for one in each)) for q, unit in quantities
         ),
     )
 
 
-def _figures(a: Analysis) -> dict[tuple[str, str], float | None]:
+def _vehicle(problem: Problem, gains: Values | None) -> Figures:
+    chosen = gains or problem.approved
+    if chosen is None:
+        raise InputError(f"problem {problem.name!r} has no approved gains to compare; give some, or design it first.")
+    chosen = chosen if isinstance(chosen, Gains) else Gains.from_mapping(chosen)
+    return _figures(analyse(problem.setting, chosen, problem.name))
+
+
+def _plant(problem: Problem, values: Values | None) -> Figures:
+    """Verdicts, poles, margins and parameters of a plant of one's own."""
+    given = values.as_dict() if isinstance(values, Gains) else values
+    found = plant_analysis(problem, given)
+    out: Figures = {
+        ("smallest damping ratio", "1"): min(loop.damping for loop in found.loops),
+        ("decay rate", "1/s"): min(loop.decay for loop in found.loops),
+    }
+    out |= {(v.name, v.unit): v.value for v in found.design.verdicts}
+    if found.margins is not None:
+        single = found.margins.single
+        out["peak sensitivity", "1"] = max(m.peak_sensitivity.upper for m in single)
+        out["gain margin up", "1"] = min(m.channel.gain_up for m in single)
+        out["gain margin down", "1"] = max(m.channel.gain_down for m in single)
+        out["phase margin", "rad"] = min(m.channel.phase for m in single)
+        out["delay margin", "s"] = min(m.channel.delay for m in single)
+        out["disk margin", "1"] = min(m.disk.lower for m in single)
+    return out | {(name, unit): value for name, value, unit in found.design.structure_rows()}
+
+
+def _figures(a: Analysis) -> Figures:
     """(quantity, unit) to value."""
-    out: dict[tuple[str, str], float | None] = {
+    out: Figures = {
         ("cost J", ""): a.cost,
         ("smallest damping ratio", "1"): a.damping,
         ("decay rate", "1/s"): a.decay,
