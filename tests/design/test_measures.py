@@ -5,13 +5,13 @@ import pytest
 
 from workbench.analysis.analysis import analyse
 from workbench.control.gains import GAIN_NAMES, TIME_CONSTANTS, Gains
-from workbench.design.delayed import dead_time
 from workbench.design.design import CENTRE
 from workbench.design.measures import GAPS, GroupMeasures, static_error_function
 from workbench.design.steering import Programme
 from workbench.files.problem import load_problem
 from workbench.goals.ride.flown import Flown
 from workbench.goals.ride.peak_sensitivity import exact_peaks
+from workbench.lti.delay import pade
 
 GAINS = Gains(**CENTRE)
 THETA = np.array(list(GAINS.as_dict().values()))
@@ -125,9 +125,9 @@ def test_gradients_of_the_whole_programme_are_derivatives(problem):
 
 def test_the_fraction_of_a_dead_time_turns_by_its_angle_and_changes_no_size():
     for order, most in ((2, 0.2), (4, 6e-4), (6, 3e-7)):
-        A, B, C = dead_time(order)
+        A, B, C, D = pade(1.0, order)
         for turn in (0.01, 1.0, 3.0):
-            value = 1 + C @ np.linalg.solve(1j * turn * np.eye(order) - A, B)
+            value = (D + C @ np.linalg.solve(1j * turn * np.eye(order) - A, B)).item()
             assert abs(value) == pytest.approx(1.0, rel=1e-12)
             # the error of a Padé fraction of e^−s at s = 3j: (n!)²/((2n)! (2n + 1)!) 3^(2n+1)
             assert abs(np.angle(value * np.exp(1j * turn))) < most

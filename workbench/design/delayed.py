@@ -11,25 +11,12 @@ how far. The fraction of order 6 is right to 3e-7 rad at a turn of 3 rad and to 
 import numpy as np
 
 from workbench.goals.ride.damping_ratio import damping_slope
+from workbench.lti.delay import pade
 from workbench.lti.eigen import eigen
+from workbench.lti.join import beside, wired
+from workbench.lti.realisation import Realisation
 
 ORDER = 6
-
-
-def dead_time(order: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """(A, B, C) of the Padé fraction 1 + C (s − A)⁻¹ B of e^{−s}, of even order.
-
-    A ladder: e^{−s} = (1 − Y)/(1 + Y) with Y = tanh(s/2) = 1/(2/s + 1/(6/s + 1/(10/s + …))), cut after `order` steps,
-    whose numbers are small where those of a companion form are faculties. States are charges (even) and flows (odd)
-    in turn. Source: Lambert's continued fraction of tanh.
-    """
-    k = np.arange(order)
-    flow, later = (k % 2 == 1).astype(float), k[None, :] > k[:, None]
-    charge = 1.0 - flow
-    weight = 2.0 * (2 * k + 1)
-    into_charges = charge[:, None] * flow[None, :] * later
-    into_flows = -flow[:, None] * (charge[None, :] * ~later + flow[None, :])  # what is left of the input, 1 − Σ flows
-    return weight[:, None] * (into_charges + into_flows), weight * flow, -2.0 * flow
 
 
 class Delayed:
@@ -38,20 +25,21 @@ class Delayed:
     def __init__(self, inputs: np.ndarray) -> None:
         """inputs : (n, k) columns b_i, in the states of A."""
         self._inputs = inputs
-        self._fraction = dead_time(ORDER)
 
     def damping(self, A, A_slope, commands, commands_slope, delay: float, count: int) -> tuple[np.ndarray, np.ndarray]:
         """The `count` smallest damping ratios with each command delayed in turn, (k count,) and derivatives (…, p).
 
         A : (n, n);  commands : (k, n);  slopes : (entries column by column, p);  delay : [s], positive
         """
-        D, B, C = self._fraction
-        D, B = D / delay, B / delay
         n, k = len(A), len(commands)
+        fraction, one = pade(delay, ORDER), np.ones((1, 1))
+        B = fraction.B[:, 0]
+        late = fraction._replace(D=0 * one)  # what passes at once is in A already
         ratios, slopes = [], []
+        swap, none = np.eye(2)[::-1], np.zeros((2, 1))
         for i in range(k):
-            whole = np.block([[A, np.outer(self._inputs[:, i], C)], [np.outer(B, commands[i]), D]])
-            values, left, right = eigen(whole)
+            loop = Realisation(A, self._inputs[:, i : i + 1], commands[i : i + 1], 0 * one)
+            values, left, right = eigen(wired(beside(loop, late), swap, none, none.T, 0 * one).A)
             ratio = np.where(values.imag >= 0, -values.real / np.abs(values), np.inf)
             worst = np.argsort(ratio)[:count]
             left = left[:, worst].T.conj()

@@ -176,7 +176,7 @@ class GroupMeasures:
     def _delayed(self) -> Delayed:
         plant = self.subject.plant
         inputs = plant.B[:, plant.index("inputs", self.subject.commands)]
-        return Delayed(np.vstack([inputs, np.zeros((self.size - len(inputs), inputs.shape[1]))]))
+        return Delayed(np.pad(inputs, ((0, self.size - len(inputs)), (0, 0))))
 
     def noise(self, theta: np.ndarray, outputs: Sequence[str]) -> Values:
         """Mean squares of named outputs of the plant under the sensors' white noise, exact."""

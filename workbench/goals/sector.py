@@ -23,6 +23,7 @@ from workbench.goals.peak import Axis, PeakMeasure, Piece
 from workbench.goals.registry import register
 from workbench.goals.scattering import SectorMeasure
 from workbench.lti.count import unstable_poles
+from workbench.lti.crossing import zeros
 from workbench.lti.join import series
 from workbench.lti.peak_ceiling import Ceiling, enclosure, sector_ceiling
 from workbench.lti.realisation import Realisation
@@ -305,15 +306,10 @@ class SectorShape:
         return side if count else ""
 
     def _zeros(self, X: Realisation) -> np.ndarray:
-        from scipy.linalg import eigvals
-
         P2, U2 = self.below[:, : self.outputs], self.below[:, self.outputs :]
-        n, m = X.B.shape
-        M = np.block([[X.A, X.B], [P2 @ X.C, P2 @ X.D + U2]])
-        N = np.diag(np.r_[np.ones(n), np.zeros(m)])
-        values = np.asarray(eigvals(M, N))
+        n, values = len(X.A), zeros(X.A, X.B, P2 @ X.C, P2 @ X.D + U2)
         scale = FAST_ZERO * max(np.linalg.norm(X.A, 2) if n else 0.0, 1e-300)
-        return values[np.isfinite(values) & (np.abs(values) < scale)]
+        return values[np.abs(values) < scale]
 
     def _system(self, T: Realisation) -> Realisation:
         T = T if self.right is None else series(T, self.right.system)

@@ -27,28 +27,26 @@ class ScalarResponse:
 
     def zeros(self, sign: int, level: float) -> np.ndarray:
         """Angular frequencies |Im s| of all zeros s of T(s) + sign T(−s) − level."""
-        n = len(self.A)
-        A = np.block([[self.A, np.zeros((n, n))], [np.zeros((n, n)), -self.A]])
-        b = np.vstack([self.b, self.b])
-        c = np.hstack([self.c, -sign * self.c])
-        return np.abs(_zeros(A, b, c, self.d * (1 + sign) - level).imag)
+        A = np.kron(np.diag([1.0, -1.0]), self.A)
+        b, c = np.tile(self.b, (2, 1)), np.kron([[1.0, -sign]], self.c)
+        return np.abs(zeros(A, b, c, np.array([[self.d * (1 + sign) - level]])).imag)
 
 
-def _zeros(A: np.ndarray, b: np.ndarray, c: np.ndarray, d: float) -> np.ndarray:
-    """The finite zeros of d + c (sI − A)⁻¹ b, and possibly some at large s that stand for infinite ones."""
+def zeros(A: np.ndarray, B: np.ndarray, C: np.ndarray, D: np.ndarray) -> np.ndarray:
+    """The finite zeros (k,) of a square D + C (sI − A)⁻¹ B, and possibly some at large s that stand for infinite ones.
+
+    Where D is well enough conditioned they are eigenvalues of A − B D⁻¹ C, else of the system's pencil.
+    """
     from scipy.linalg import eigvals
 
-    if len(A) == 0:
-        return np.zeros(0, dtype=complex)
     size = float(np.linalg.norm(A))
-    drive, view = float(np.linalg.norm(b)), float(np.linalg.norm(c))
-    if size * drive * view == 0:
+    drive, view = float(np.linalg.norm(B)), float(np.linalg.norm(C))
+    if len(A) == 0 or size * drive * view == 0:
         return np.zeros(0, dtype=complex)
-    if abs(d) * size > 1e-3 * drive * view:  # dividing by d then costs at most three digits
-        return eigvals(A - b @ c / d)
-    b, c, d = b / drive * size, c / view * size, d / drive / view * size**2  # border of the size of A
-    M = np.block([[A, b], [c, np.array([[d]])]])
-    values = eigvals(M, np.diag(np.r_[np.ones(len(A)), 0.0]))
+    if np.linalg.norm(D, -2) * size > 1e-3 * drive * view:  # dividing by D then costs at most three digits
+        return np.asarray(eigvals(A - B @ np.linalg.solve(D, C)))
+    B, C, D = B / drive * size, C / view * size, D / drive / view * size**2  # border of the size of A
+    values = np.asarray(eigvals(np.block([[A, B], [C, D]]), np.diag(np.r_[np.ones(len(A)), np.zeros(len(D))])))
     return values[np.isfinite(values)]
 
 

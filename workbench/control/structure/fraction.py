@@ -128,5 +128,5 @@ def _reached(edges: np.ndarray, start: np.ndarray) -> np.ndarray:
 
 def pulled_back(closed: Closed, K: Controller, GA, GB, GC, GD) -> Controller:
     """Gradient with respect to K of a scalar with gradients GA … GD with respect to the closed system's matrices."""
-    G = np.block([[GA, GB], [GC, GD]])
+    G = Controller(GA, GB, GC, GD).stacked()
     return Controller.from_stacked(closed.left.T @ G @ closed.right.T, K.order)
