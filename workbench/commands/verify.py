@@ -138,7 +138,8 @@ def _print(document: dict[str, Any]) -> None:
     )  # fmt: skip
     if document["undecided"]:
         emit_table(
-            "Not promised over a box, as the table says itself", ("limit", "open share", "because"),
+            f"Not promised{' over a box' if boxes else ''}, as the table says itself",
+            ("limit", "open share", "because"),
             [(f"{u['name']} {u['sense']} {u['limit']:g}", f"{u['share']:.0%}", u["reason"])
              for u in document["undecided"]],
         )  # fmt: skip

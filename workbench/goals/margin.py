@@ -18,7 +18,7 @@ from workbench.goals.gain import GainShape
 from workbench.goals.goal import NEAR, Asked, Bound, Goal, Largest, Value, infinite, near, positive, some_names
 from workbench.goals.key import Key
 from workbench.goals.peak import Axis, PeakMeasure, Piece, Sampled, sampled
-from workbench.goals.promise import Promise
+from workbench.goals.promise import Promise, kept_limit
 from workbench.goals.registry import register
 from workbench.goals.verdict import Verdict
 from workbench.lti.bilinear import unwarped
@@ -81,8 +81,7 @@ class Margins(Goal):
     @property
     def alpha(self) -> float:
         """The disk margin asked for."""
-        factor = 10 ** (self.gain_db / 20)
-        return max(2 * (factor - 1) / (factor + 1), 2 * math.tan(math.radians(self.phase_deg) / 2))
+        return disk(self.gain_db, self.phase_deg)
 
     def asked(self) -> Asked:
         """The stricter of the two, in its own unit."""
@@ -91,7 +90,13 @@ class Margins(Goal):
         return Asked(">=", self.gain_db, "dB", lambda v: reached_gain(self.alpha / v if v else math.inf))
 
     def promise(self, verdict: Verdict) -> Promise | None:
-        return self.promised("disk margin", ">=", self.alpha) if verdict.met else None
+        """The disk margin: what is asked, else what is reached."""
+        reached = verdict.value if verdict.upper is None else verdict.upper
+        if verdict.met or reached is None:
+            return self.promised("disk margin", ">=", self.alpha) if verdict.met else None
+        own = (reached, 0.0) if verdict.unit == "dB" else (0.0, reached)
+        limit = kept_limit(self.alpha, disk(*own), ">=") if max(own) > 0 else None
+        return None if limit is None else self.promised("disk margin", ">=", limit)
 
     def bind(self, loop: Any) -> Bound:
         """The goal on one loop."""
@@ -104,6 +109,12 @@ class Margins(Goal):
             )
         close = CLOSE if count == 2 else MU_CLOSE
         return Bound(self, DiskMeasure(PeakMeasure(channel, MuShape(self.alpha, self.points), self.focus, close)))
+
+
+def disk(gain_db: float, phase_deg: float) -> float:
+    """The disk margin that allows a gain up and down and a phase either way."""
+    factor = 10 ** (gain_db / 20)
+    return max(2 * (factor - 1) / (factor + 1), 2 * math.tan(math.radians(phase_deg) / 2))
 
 
 def reached_phase(alpha: float) -> float:

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from workbench.errors import InputError
 from workbench.handover.table.certificate import SAME, certificate_of, force_difference
 from workbench.lti import Plant
 from workbench.result import Result, Row
@@ -64,8 +65,18 @@ def agreement(document: dict[str, Any], problem, *, schedule: bool = True) -> Ag
 
     schedule : whether a schedule that the problem asks for must be there; not for a table of one speed asked for
     """
+    from workbench.handover.table.plant import VERSION as PLANTS
+    from workbench.handover.table.plant_agreement import plant_agreement
     from workbench.handover.table.table import law_part
 
+    ours, words = document["version"] == PLANTS, ("a vehicle", "a plant of one's own")
+    if ours == problem.flies:
+        raise InputError(
+            f"the table must be of the kind that {problem.name!r} is; it is of {words[ours]}, the problem of "
+            f"{words[not ours]}. Name the table's own problem."
+        )
+    if ours:
+        return plant_agreement(document, problem)
     plant, sentences = problem.setting.plant, []
     same_data = document["data_sha256"] == problem.data_sha256
     if not same_data:

@@ -24,6 +24,8 @@ from workbench.control.structure.structure import Structure
 from workbench.errors import InputError
 from workbench.exits import through
 from workbench.files.digest import digest_of
+from workbench.goals.goal import Closed
+from workbench.goals.loop_shape import Sensitivity
 from workbench.goals.promise import Promise
 from workbench.handover.table.schema import Decimal, Matrix, Name, Names, Number, Part, Sense, Text, Versions, versions
 from workbench.lti import Plant
@@ -34,6 +36,7 @@ if TYPE_CHECKING:
     from workbench.design.record import Design
 
 VERSION = 2
+TINY = 1e-9  # a limit that nothing keeps, so that what is reached is promised
 MOST_SECONDS = 60.0  # of proofs while a table is made
 Signals = Annotated[list[Annotated[str, Field(min_length=1, max_length=500)]], Field(max_length=500)]
 
@@ -236,7 +239,8 @@ def plant_table(
     judged = [(goal, verdict) for goal in problem.goals for verdict in design.verdicts if verdict.name == goal.name]
     asked: dict[str, list[Promise]] = {"": [Promise("stability", ">=", 0.0)]}
     for goal, verdict in judged:
-        asked[goal.name] = _listed(goal.promise(verdict))
+        asked[goal.name] = listed(goal.promise(verdict))
+    asked[""] += _usual(problem, design.structure, [p for promises in asked.values() for p in promises])
     _sort(document, list(dict.fromkeys(p for promises in asked.values() for p in promises)))
     kept = [json.dumps(p, sort_keys=True) for p in document["promises"]]
     for goal, verdict in judged:
@@ -251,6 +255,18 @@ def plant_table(
     document["digest"] = "0" * 64
     table = PlantTable.model_validate(document)
     return table.model_copy(update={"digest": digest_of(table.to_dict())})
+
+
+def _usual(problem, structure: Structure, promised: Sequence[Promise]) -> list[Promise]:
+    """What is promised unasked: the peak sensitivity reached at each input of the models that the structure drives."""
+    K, found = structure.controller(), []
+    for point in (name for name in structure.outputs if name in problem.systems[0].inputs):
+        if any(p.kind == Sensitivity.proof and p.subject.points == (point,) for p in promised):
+            continue
+        goal = Sensitivity(points=point, limit=TINY)
+        promise = goal.promise(goal.judge(Closed(problem.loops, K))[0])
+        found += listed(promise)
+    return found
 
 
 def _sort(document: dict[str, Any], promises: Sequence[Promise]) -> None:
@@ -312,7 +328,7 @@ def schema() -> dict[str, Any]:
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **PlantTable.model_json_schema()}
 
 
-def _listed(promised: Promise | Iterable[Promise] | None) -> list[Promise]:
+def listed(promised: Promise | Iterable[Promise] | None) -> list[Promise]:
     """What a goal promises, as a list."""
     if promised is None:
         return []

@@ -10,7 +10,7 @@ from workbench.verify.exact.pole import ends
 from workbench.verify.plant.table import Promise
 
 FURTHEST = fmpq(2) ** 60
-STEPS = 14  # halvings of a bracket found level by level
+STEPS = 10  # halvings of a bracket found level by level
 ABOVE_PEAK = fmpq(1, 10**6)  # relative width of a peak's bracket that is shown
 
 
