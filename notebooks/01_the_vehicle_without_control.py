@@ -21,14 +21,13 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
+import workbench as wb
 from workbench.control.loop import subject
-from workbench.files.problem import load_problem
 from workbench.lti.signals import numbered
 from workbench.physics.guideway.irregularity import phasors
 from workbench.physics.vehicle import linearise, trim
-from workbench.plots.ride import plot_roughness
 
-problem = load_problem("report_1975")
+problem = wb.load("report_1975")
 vehicle, law = problem.vehicle, problem.law
 vehicle
 
@@ -104,7 +103,7 @@ plt.show()
 
 # %%
 rough = {"each type, report_1975": problem.setting.guideway.spectra[0].at_speed(vehicle.speed)}
-plot_roughness(rough, wavelength_min=10.0, wavelength_max=2000.0)
+wb.plots.plot_roughness(rough, wavelength_min=10.0, wavelength_max=2000.0)
 for f in frequency_hz:
     plt.axvline(vehicle.speed / f, color="C3", lw=0.8, ls=":")
 plt.title("Roughness, and the wavelengths that meet the five motions")

@@ -22,17 +22,14 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
+import workbench as wb
 from workbench.analysis.analysis import analyse
 from workbench.analysis.loop_curve import loop_curves
 from workbench.control.loop.locus import root_locus
 from workbench.design.procedure import double_root, filtered_start, heave_choice, unfiltered
-from workbench.files.problem import load_problem
 from workbench.ledger.effects import effects
-from workbench.plots.design import plot_roots
-from workbench.plots.locus import plot_locus
-from workbench.plots.nyquist import plot_nyquist
 
-problem = load_problem("report_1975")
+problem = wb.load("report_1975")
 setting, law, gains = problem.setting, problem.law, problem.approved
 gains
 
@@ -66,7 +63,7 @@ filtered = analyse(setting, filtered_start(double.gains, 0.637), problem.name)
 moving = [m for m in chosen.modes if m.oscillates and m.damping < 0.99]
 for mode in moving:
     print(f"{mode.name:8s} {mode.frequency_hz:.3f} Hz, damping {mode.damping:.3f}")
-plot_roots(chosen.modes)
+wb.plots.plot_roots(chosen.modes)
 plt.show()
 
 # %% [markdown]
@@ -94,7 +91,7 @@ for name, peak in with_lag.peak_sensitivity.items():
 curves = loop_curves(lagged, gains)
 figure, axes = plt.subplots(1, 2, figsize=(11, 4.6), layout="constrained")
 for ax, group in zip(axes, ("heave_pitch", "sway_roll_yaw"), strict=True):
-    plot_nyquist([c for c in curves if c.group == group], peak_sensitivity=2.0, ax=ax)
+    wb.plots.plot_nyquist([c for c in curves if c.group == group], peak_sensitivity=2.0, ax=ax)
 plt.show()
 
 # %% [markdown]
@@ -122,7 +119,7 @@ for effect in switches.effects:
 tilted = problem.with_vehicle(problem.vehicle.with_extras(gravity_term=True)).setting
 locus = root_locus(tilted.plant, law, "sway_roll_yaw", gains, "K_ydot", np.linspace(0.06, 0.294, 60))
 ax = plt.subplots(figsize=(7, 4.5), layout="constrained")[1]
-plot_locus(locus, ax=ax)
+wb.plots.plot_locus(locus, ax=ax)
 ax.set(xlim=(-6, 1.5), ylim=(-0.3, 9))
 plt.show()
 

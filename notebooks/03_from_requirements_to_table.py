@@ -24,22 +24,16 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 
+import workbench as wb
 from workbench.analysis.analysis import analyse
 from workbench.analysis.loop_curve import loop_curves
 from workbench.analysis.spectra import response_spectra
-from workbench.design.design import design
 from workbench.design.robustness import robustness
-from workbench.design.tradeoff import trade_off
-from workbench.files.problem import load_problem
 from workbench.handover.code.formats import render
-from workbench.handover.table.table import read_table, table_from_design, write_table
+from workbench.handover.table.table import table_from_design, write_table
 from workbench.physics.vehicle import varied
-from workbench.plots.design import plot_roots
-from workbench.plots.nyquist import plot_nyquist
-from workbench.plots.spectra import plot_acceleration, plot_gap
-from workbench.plots.tradeoff import plot_tradeoff
 
-heave = load_problem("heave")
+heave = wb.load("heave")
 heave
 
 # %% [markdown]
@@ -49,7 +43,7 @@ heave
 # but seeded. What counts are the verdicts: exact measures of the gains as printed, to six digits.
 
 # %%
-small = design(heave, starts=2, seed=1)
+small = wb.design(heave, starts=2, seed=1)
 for verdict in small.requirements:
     print(f"{verdict.name:28s} {verdict.sense} {verdict.limit:<6g} {verdict.value:.4g} {verdict.unit}", end="  ")
     print("met" if verdict.met else "MISSED", "at", verdict.where)
@@ -59,8 +53,8 @@ for verdict in small.requirements:
 # bought with comfort.
 
 # %%
-curve = trade_off(heave, "peak sensitivity", (3.0, 2.5, 2.0, 1.7, 1.5), start=small.gains)
-plot_tradeoff(curve, chosen=(2.0, small.analysis.cost))
+curve = wb.trade_off(heave, "peak sensitivity", (3.0, 2.5, 2.0, 1.7, 1.5), start=small.gains)
+wb.plots.plot_tradeoff(curve, chosen=(2.0, small.analysis.cost))
 plt.show()
 
 # %% [markdown]
@@ -69,8 +63,8 @@ plt.show()
 # Two groups of motion, fifteen free parameters, a current loop of 10 ms and accelerometers that feel gravity.
 
 # %%
-problem = load_problem("revenue_vehicle")
-found = design(problem, starts=3, seed=1)
+problem = wb.load("revenue_vehicle")
+found = wb.design(problem, starts=3, seed=1)
 for verdict in found.requirements:
     print(f"{verdict.name:36s} {verdict.sense} {verdict.limit:<7g} {verdict.value:.4g} {verdict.unit}", end="  ")
     print("met" if verdict.met else "MISSED", "at", verdict.where)
@@ -82,7 +76,7 @@ found.gains
 # The report's gains on the same vehicle: barely stable, and nowhere near the margins.
 
 # %%
-report = load_problem("report_1975").approved
+report = wb.load("report_1975").approved
 before, after = analyse(problem.setting, report, "report's gains"), found.analysis
 for name, a in (("report", before), ("design", after)):
     peaks = ", ".join(f"{peak.value:.3g}" for peak in a.peak_sensitivity.values())
@@ -90,18 +84,18 @@ for name, a in (("report", before), ("design", after)):
 
 # %%
 figure, axes = plt.subplots(1, 3, figsize=(15, 4.6), layout="constrained")
-plot_roots(after.modes, damping=0.4, decay=0.3, ax=axes[0])
+wb.plots.plot_roots(after.modes, damping=0.4, decay=0.3, ax=axes[0])
 curves = loop_curves(problem.setting, found.gains)
 for ax, group in zip(axes[1:], ("heave_pitch", "sway_roll_yaw"), strict=True):
-    plot_nyquist([c for c in curves if c.group == group], peak_sensitivity=2.0, ax=ax)
+    wb.plots.plot_nyquist([c for c in curves if c.group == group], peak_sensitivity=2.0, ax=ax)
 plt.show()
 
 # %%
 spectra = response_spectra(problem.setting, found.gains)
 figure, axes = plt.subplots(1, 3, figsize=(15, 4.2), layout="constrained")
-plot_acceleration(spectra, "vertical", ax=axes[0])
-plot_acceleration(spectra, "lateral", ax=axes[1])
-plot_gap(spectra, "vertical", ax=axes[2])
+wb.plots.plot_acceleration(spectra, "vertical", ax=axes[0])
+wb.plots.plot_acceleration(spectra, "lateral", ax=axes[1])
+wb.plots.plot_gap(spectra, "vertical", ax=axes[2])
 plt.show()
 
 # %% [markdown]
@@ -123,7 +117,7 @@ for case in cases:
 # %%
 with tempfile.TemporaryDirectory() as folder:
     table = write_table(table_from_design(found, {c.name: c.to_dict() for c in cases}), Path(folder) / "gains.json")
-    again = read_table(Path(folder) / "gains.json")
+    again = wb.read_table(Path(folder) / "gains.json")
 print(f"digest {again.digest[:16]}…, problem data {again.data_sha256[:16]}…")
 print("\n".join(render(again, "c", accept=True).decode().splitlines()[:12]))
 

@@ -22,12 +22,13 @@
 import casadi as ca
 import numpy as np
 
+import workbench as wb
 from workbench.physics.coils import REPORT_PLATE, Loop, corner_images, lorentz_force, mutual_inductance, plane_forces
 from workbench.physics.forces.flight import drag_peak, lift_off_speed, trim
 from workbench.physics.forces.law import report_extended
 from workbench.physics.forces.operating import ampere_turns, law_at
 from workbench.physics.forces.taylor import Region, TaylorLaw, error_over
-from workbench.plots.forces import lift_curves, plot_lift, plot_speed, speed_curves
+from workbench.plots.forces import lift_curves, speed_curves
 
 # %% [markdown]
 # ## One coil, three images, one energy
@@ -63,7 +64,7 @@ print("by Lorentz:", force[2].round(4), force[1].round(4), torque[0].round(4))
 # %%
 plate = plane_forces(0.5, 3.0, 0.3, 134.0, REPORT_PLATE)
 print(f"slab of 59 % IACS: f_L/f_L∞ = {plate.lift_ratio:.4f}, f_L/f_D = {plate.lift_to_drag:.2f}")
-plot_speed(speed_curves())
+wb.plots.plot_speed(speed_curves())
 
 # %% [markdown]
 # ## The coil set of the vehicle
@@ -77,7 +78,7 @@ lift, lateral, moment = law.forces(0.0, 0.0, 0.0, 0.0)
 print(f"{turns / 1e3:.2f} kA-turns; lift {lift:.5g} N, lateral {lateral:.5g} N, roll moment {moment:.5g} N m")
 
 # %%
-plot_lift(lift_curves(), weight_share=444.8e3 / 4)
+wb.plots.plot_lift(lift_curves(), weight_share=444.8e3 / 4)
 
 # %% [markdown]
 # ## What is an expansion worth?

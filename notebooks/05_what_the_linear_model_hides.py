@@ -23,16 +23,16 @@ from dataclasses import replace
 
 import numpy as np
 
+import workbench as wb
 from workbench.analysis.analysis import analyse
 from workbench.control import Gains
 from workbench.errors import InfeasibleError
-from workbench.files.problem import load_problem
 from workbench.physics.forces.operating import law_at
 from workbench.physics.forces.taylor import TaylorLaw
 from workbench.physics.guideway.shape import VersineBump
 from workbench.physics.vehicle.conditions import Conditions
 from workbench.physics.vehicle.operating import operating_point
-from workbench.simulation import Failure, Rig, ShapedGuideway, monte_carlo, simulate
+from workbench.simulation import Failure, Rig, ShapedGuideway, monte_carlo
 
 # %% [markdown]
 # ## One vehicle, two force laws
@@ -41,7 +41,7 @@ from workbench.simulation import Failure, Rig, ShapedGuideway, monte_carlo, simu
 # accelerometers that feel gravity. The curved law is the third-order expansion of the coils' exact one.
 
 # %%
-problem = load_problem("revenue_vehicle")
+problem = wb.load("revenue_vehicle")
 gains = Gains(
     K_h=-2.155, K_hdot=0.15, tau_h=0.637, K_hp=0.0, K_hpdot=0.152, tau_hp=0.2, K_zddot=0.0, K_zdot=0.15, tau_z=0.637,
     K_yddot=-0.01, K_ydot=0.152, tau_y=0.2, K_heave=1.0, K_pitch=1.0, K_sway=1.0, K_roll=1.73, K_yaw=6.76,
@@ -60,7 +60,9 @@ curved = replace(straight, point=operating_point(problem.vehicle.with_values(for
 # %%
 heights = (0.02, 0.12, -0.02, -0.12)
 courses = {h: ShapedGuideway(A1=VersineBump(start=20.0, length=120.0, peak=h)) for h in heights}
-linear, true = ({h: simulate(rig, 4.0, course=course) for h, course in courses.items()} for rig in (straight, curved))
+linear, true = (
+    {h: wb.simulate(rig, 4.0, course=course) for h, course in courses.items()} for rig in (straight, curved)
+)
 strongest = {h: [np.abs(run[h].acceleration[0]).max() for run in (linear, true)] for h in heights}
 for h in heights:
     print(
@@ -101,7 +103,7 @@ print(
 # Linear theory sees a vehicle with one command less. The coils see a quarter of the lift gone.
 
 # %%
-fall = simulate(curved, 5.0, failure=Failure(lost_set=1, start=0.5))
+fall = wb.simulate(curved, 5.0, failure=Failure(lost_set=1, start=0.5))
 print(
     f"contact {fall.contact.time - 0.5:.2f} s after the loss, set {fall.contact.coil_set} on the {fall.contact.surface}"
 )
@@ -113,7 +115,7 @@ print("nine tenths lost, carried by the currents", nine_tenths.trim.currents.rou
 # The vehicle with two coils at each corner keeps half of a corner, and flies on.
 
 # %%
-two = load_problem("two_coil_corner")
+two = wb.load("two_coil_corner")
 one_less = operating_point(two.vehicle, Conditions(lost_set=1))
 print("gaps of the eight coils [m]:", (0.3 + one_less.deviation[0]).round(3))
 

@@ -20,6 +20,7 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
+import workbench as wb
 from workbench.physics.motor import (
     REPORT_COIL,
     REPORT_WINDING,
@@ -32,7 +33,6 @@ from workbench.physics.motor import (
     profile,
 )
 from workbench.physics.motor.section import operation_over_length
-from workbench.plots.motor import plot_authority, plot_efficiency, plot_figure, plot_ripple
 
 # %% [markdown]
 # ## One coil, one phase
@@ -51,7 +51,7 @@ profile(pivot=(0, -0.82, 0))
 # %%
 _, axes = plt.subplots(2, 3, figsize=(15, 8), layout="constrained")
 for number, ax in zip(("4a", "5", "6", "8", "9", "14"), axes.flat, strict=True):
-    plot_figure(number, ax=ax)
+    wb.plots.plot_figure(number, ax=ax)
 
 # %% [markdown]
 # ## Three phases
@@ -61,7 +61,7 @@ for number, ax in zip(("4a", "5", "6", "8", "9", "14"), axes.flat, strict=True):
 
 # %%
 lines = force_lines()
-plot_ripple(lines)
+wb.plots.plot_ripple(lines)
 ripple = lines.amplitude[3, 2] / lines.amplitude[0, 2]
 
 # %% [markdown]
@@ -72,7 +72,7 @@ ripple = lines.amplitude[3, 2] / lines.amplitude[0, 2]
 # %%
 motor = dq_motor(coils=32)
 left = abs(motor.remaining_d(41e3) * float(motor.wrench_d[1]))
-plot_authority(abs(motor.wrench_d[1]) * 1500, motor.wrench_q[2] * 1500, 41e3)
+wb.plots.plot_authority(abs(motor.wrench_d[1]) * 1500, motor.wrench_q[2] * 1500, 41e3)
 
 # %% [markdown]
 # ## On the vehicle
@@ -99,7 +99,7 @@ side = dq_motor()
 operations = operation_over_length(
     WindingSection(), (50, 100, 200, 500, 1000, 2000, 3000), side, i_q=956.0, speed=134.0
 )
-plot_efficiency(operations)
+wb.plots.plot_efficiency(operations)
 
 # %% [markdown]
 # ## The answer, checked

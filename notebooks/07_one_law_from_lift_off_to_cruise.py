@@ -23,15 +23,15 @@ import json
 import matplotlib.pyplot as plt
 import numpy as np
 
+import workbench as wb
 from workbench.control.schedule import Schedule
 from workbench.design.scheduled import MarginCurve
 from workbench.design.speed_family import plant_family
 from workbench.design.verdict import margin_verdicts
-from workbench.files.problem import load_problem, shipped_problems
-from workbench.plots.schedule import plot_margins_over_speed, plot_scheduled_gains
+from workbench.files.problem import shipped_problems
 from workbench.verify.check import verify_document
 
-problem = load_problem("scheduled_vehicle")
+problem = wb.load("scheduled_vehicle")
 table = json.loads((shipped_problems()["scheduled_vehicle"] / "approved.json").read_text(encoding="utf-8"))
 part = table["schedule"]
 schedule = Schedule.from_dict({key: value for key, value in part.items() if key != "forces"})
@@ -67,7 +67,7 @@ plants = plant_family(problem, schedule.range)
 plan = problem.plan
 grid = np.linspace(*schedule.range, 27)
 there = [plants.problem_at(float(v)).with_requirements(plan.requirements) for v in grid]
-single = load_problem("revenue_vehicle").approved
+single = wb.load("revenue_vehicle").approved
 fixed_verdicts = [margin_verdicts(p, single) for p in there]
 scheduled_verdicts = [margin_verdicts(p, schedule.gains_at(float(v))) for p, v in zip(there, grid, strict=True)]
 
@@ -86,7 +86,7 @@ fixed, moving = (
 )
 figure, axes = plt.subplots(1, 2, figsize=(13, 4.4), sharey=True, layout="constrained")
 for ax, margins, title in zip(axes, (fixed, moving), names, strict=True):
-    plot_margins_over_speed(margins, ax=ax)
+    wb.plots.plot_margins_over_speed(margins, ax=ax)
     ax.set_title(title)
 plt.show()
 
@@ -104,7 +104,7 @@ for one, two in zip(fixed, moving, strict=True):
 # %%
 figure, axes = plt.subplots(1, 3, figsize=(15, 4), layout="constrained")
 for ax, name in zip(axes, ("filters", "time constants", "modal"), strict=True):
-    plot_scheduled_gains(schedule, name, ax=ax)
+    wb.plots.plot_scheduled_gains(schedule, name, ax=ax)
 plt.show()
 
 # %% [markdown]

@@ -22,16 +22,10 @@ import control
 import matplotlib.pyplot as plt
 import numpy as np
 
-from workbench.control.structure.blocks import gain, notch, pid
+import workbench as wb
 from workbench.control.structure.loop import Loop
-from workbench.control.structure.structure import Structure
 from workbench.design.tuner import tune
-from workbench.goals.gain import Gain
-from workbench.goals.margin import Margins
-from workbench.goals.poles import Poles
-from workbench.goals.tracking import StepTracking
 from workbench.lti.model import Model
-from workbench.plots.tuning import plot_goals
 
 # %% [markdown]
 # ## The plant: a motor that turns a load through a shaft
@@ -54,10 +48,10 @@ model
 # bounds; any of them may be frozen.
 
 # %%
-structure = Structure(
+structure = wb.Structure(
     [
-        pid("r - angle", "raw", Kp=2.0, Ki=0.0, Kd=0.5, Tf=0.05, parts="PD"),
-        notch("raw", "torque", omega=20.0),
+        wb.pid("r - angle", "raw", Kp=2.0, Ki=0.0, Kd=0.5, Tf=0.05, parts="PD"),
+        wb.notch("raw", "torque", omega=20.0),
     ],
     references="r",
 )
@@ -70,10 +64,10 @@ dict(zip(structure.names, structure.start, strict=True))
 
 # %%
 goals = [
-    Margins(name="margins", points=("torque",), gain_db=6.0, phase_deg=45.0, hard=True),
-    Gain(name="noise to torque", inputs=("angle",), outputs=("torque",), limit=30.0, hard=True),
-    Poles(name="decay", decay=0.5, hard=True),
-    StepTracking(name="step like 1/(0.4 s + 1)", inputs=("r",), outputs=("angle",), time_constant=0.4),
+    wb.goals.Margins(name="margins", points=("torque",), gain_db=6.0, phase_deg=45.0, hard=True),
+    wb.goals.Gain(name="noise to torque", inputs=("angle",), outputs=("torque",), limit=30.0, hard=True),
+    wb.goals.Poles(name="decay", decay=0.5, hard=True),
+    wb.goals.StepTracking(name="step like 1/(0.4 s + 1)", inputs=("r",), outputs=("angle",), time_constant=0.4),
 ]
 found = tune(model, structure, goals, starts=2, seed=0, budget_seconds=20)
 found
@@ -82,7 +76,7 @@ found
 found.goal_frame()
 
 # %%
-axes = plot_goals(found)
+axes = wb.plots.plot_goals(found)
 plt.gcf().set_size_inches(11, 6)
 
 # %% [markdown]
@@ -123,9 +117,9 @@ ax.legend()
 from workbench.errors import InfeasibleError
 
 try:
-    tune(model, Structure(gain("r - angle", "torque", 1.0), references="r"), [
-        Margins(name="margins", points=("torque",), gain_db=12.0, phase_deg=60.0, hard=True),
-        Poles(name="decay", decay=2.0, hard=True),
+    tune(model, wb.Structure(wb.gain("r - angle", "torque", 1.0), references="r"), [
+        wb.goals.Margins(name="margins", points=("torque",), gain_db=12.0, phase_deg=60.0, hard=True),
+        wb.goals.Poles(name="decay", decay=2.0, hard=True),
     ], starts=1, budget_seconds=5)  # fmt: skip
 except InfeasibleError as refusal:
     print(refusal)

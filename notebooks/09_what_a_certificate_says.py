@@ -20,7 +20,8 @@
 # %%
 import json
 
-from workbench.files.problem import load_problem, shipped_problems
+import workbench as wb
+from workbench.files.problem import shipped_problems
 from workbench.handover.table.agreement import agreement
 from workbench.handover.table.table import digest_of
 from workbench.verify.check import verify_document
@@ -112,8 +113,8 @@ print("\n".join(f"{f.name}: {f.verdict}; {f.reason}" for f in refused))
 # rebuilt from the data, and the table of `heave` is not one of `heave_pitch`.
 
 # %%
-own = agreement(table, load_problem("heave"))
-other = agreement(table, load_problem("heave_pitch"))
+own = agreement(table, wb.load("heave"))
+other = agreement(table, wb.load("heave_pitch"))
 print(own.rows(), *other.disagreements, sep="\n")
 
 # %% [markdown]

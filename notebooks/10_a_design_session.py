@@ -23,15 +23,13 @@ from pathlib import Path
 
 import matplotlib.pyplot as plt
 
+import workbench as wb
 from workbench.explore import explore
-from workbench.files.problem import load_problem
-from workbench.handover.table.table import read_table
-from workbench.plots.spectra import plot_acceleration
 from workbench.study.file import read_study
 from workbench.study.plot import plot_histogram
 from workbench.study.run import run_study
 
-heave = load_problem("heave")
+heave = wb.load("heave")
 panel = explore(heave)
 panel
 
@@ -59,7 +57,7 @@ for row in (heads, *rows):
 # %%
 figure, axes = plt.subplots(1, 2, figsize=(11, 4), sharey=True)
 for ax, name in zip(axes, ("less velocity", "optimised from there"), strict=True):
-    plot_acceleration(session.pins[name].shot.spectra, "vertical", ax=ax)
+    wb.plots.plot_acceleration(session.pins[name].shot.spectra, "vertical", ax=ax)
     ax.set_title(name)
 
 # %% [markdown]
@@ -100,7 +98,7 @@ result
 
 # %%
 path = session.write_table(folder / "gains.json")
-table = read_table(path)
+table = wb.read_table(path)
 table
 
 # %%
