@@ -13,7 +13,7 @@ def write_reference(folder: Path) -> None:
     """Writes every reference page; one that says the same already is left alone."""
     pages = {
         "commands": commands(), "data_file": data_file(), "gain_table": gain_table(), "problems": problems(),
-        "study_file": study_file(), "tuning_file": tuning_file(), "errata": errata(),
+        "study_file": study_file(), "tuning_file": tuning_file(), "goals": goals(), "errata": errata(),
     }  # fmt: skip
     folder.mkdir(exist_ok=True)
     for name, text in pages.items():
@@ -76,6 +76,27 @@ def data_file() -> str:
         "`problems/NAME/data.toml`, strict: a key that is not here is refused by name. Every unit stands in the key.",
         ProblemFile.model_json_schema(),
     ) + "\n".join([*more, ""])
+
+
+def goals() -> str:
+    """Every kind of goal with its keys."""
+    from workbench.goals.goal import COMMON
+    from workbench.goals.registry import keys_of, known
+
+    rows = []
+    for kind, cls in sorted(known().items()):
+        what = " ".join((cls.__doc__ or "").strip().split("\n\n")[0].split())
+        own = [f"`{key.name}`" for key in keys_of(kind) if key not in COMMON]
+        rows.append((f"`{kind}`", what, ", ".join(own)))
+    head = [
+        "# Kinds of goals",
+        "",
+        "What `kind` may say under `[[goal]]` of a plant's data file; requirements of a vehicle stand under "
+        "`[requirements]` by their key alone. {doc}`../how_to_add/goal` shows how to add one's own.",
+        f"Every goal of such a plant takes {', '.join(f'`{key.name}`' for key in COMMON)} too.",
+        "",
+    ]
+    return "\n".join(head + _table(("kind", "what it asks", "keys"), rows)) + "\n"
 
 
 def gain_table() -> str:

@@ -72,11 +72,25 @@ def magnitude(field: str, *, square: bool = False) -> tuple[Key, ...]:
     )  # fmt: skip
 
 
+def densities(field: str) -> tuple[Key, ...]:
+    """The keys of power spectral densities: one for all inputs, or a list with a number or points for each."""
+
+    def listed(value: Any) -> Any:
+        if not isinstance(value, tuple) or _is_fraction(value):
+            return None
+        return [[list(point) for point in one.items()] if isinstance(one, Mapping) else one for one in value]
+
+    def read(rows: Any) -> Any:
+        return tuple(dict(one) if isinstance(one, list | tuple) else one for one in rows)
+
+    return (*magnitude(field, square=True), Key(f"{field}_of_each", field, read=read, written=listed))
+
+
 def weight(field: str) -> tuple[Key, ...]:
     """The keys of a filter: a number or matrix, or {num, den} in s."""
 
     def numbers(value: Any) -> Any:
-        return None if isinstance(value, tuple) and len(value) == 2 else _plain(value)
+        return None if _is_fraction(value) else _plain(value)
 
     return Key(field, written=numbers), _fraction(field)
 
@@ -86,8 +100,13 @@ def _fraction(field: str) -> Key:
     return Key(
         f"{field}_transfer_function", field,
         read=lambda table: ([float(v) for v in table["num"]], [float(v) for v in table["den"]]),
-        written=lambda v: {"num": _plain(v[0]), "den": _plain(v[1])} if isinstance(v, tuple) and len(v) == 2 else None,
+        written=lambda v: {"num": _plain(v[0]), "den": _plain(v[1])} if _is_fraction(v) else None,
     )  # fmt: skip
+
+
+def _is_fraction(value: Any) -> bool:
+    """Whether a value is (numerator, denominator)."""
+    return isinstance(value, tuple) and len(value) == 2 and all(np.ndim(part) == 1 for part in value)
 
 
 def _plain(value: Any) -> Any:

@@ -122,7 +122,7 @@ class ConicSector(Goal):
     """
 
     kind = "conic_sector"
-    keys = (Key("sector", read=tuple), Key("matrix"))
+    keys = (Key("sector", read=tuple, written=list), Key("matrix"))
 
     inputs: tuple[str, ...] = field(kw_only=False)
     outputs: tuple[str, ...] = field(kw_only=False)
@@ -140,9 +140,7 @@ class ConicSector(Goal):
             low, high = self.sector
             if not (math.isfinite(low) and math.isfinite(high) and low < high):
                 raise InputError(f"sector must be (low, high), finite, low < high; got {self.sector!r}. Swap the ends.")
-            Q = np.kron([[1.0, -(low + high) / 2], [-(low + high) / 2, low * high]], np.eye(len(self.inputs)))
-        else:
-            Q = np.asarray(self.matrix, float)
+        Q = self._form()
         size = len(self.outputs) + len(self.inputs)
         if Q.shape != (size, size) or not np.allclose(Q, Q.T, rtol=1e-12, atol=0):  # symmetric to double precision
             raise InputError(f"matrix must be symmetric, {size} by {size} for [outputs; inputs]; got shape {Q.shape}.")
@@ -152,13 +150,19 @@ class ConicSector(Goal):
                 f"matrix must have one negative eigenvalue per input ({len(self.inputs)}) and no zero one; "
                 f"got {np.array2string(values, precision=3)}. A sector is a cone around a graph."
             )
-        object.__setattr__(self, "matrix", Q)
         Goal.__post_init__(self)
 
     def bind(self, loop: Any) -> Bound:
         """The goal on one loop."""
         channel = loop.channel(inputs=self.inputs, outputs=self.outputs, openings=self.openings)
-        return Bound(self, SectorMeasure(PeakMeasure(channel, SectorShape.of(channel, self.matrix), self.focus)))
+        return Bound(self, SectorMeasure(PeakMeasure(channel, SectorShape.of(channel, self._form()), self.focus)))
+
+    def _form(self) -> np.ndarray:
+        """Q of [y; u]ᵀ Q [y; u] < 0."""
+        if self.sector is None:
+            return np.asarray(self.matrix, float)
+        low, high = self.sector
+        return np.kron([[1.0, -(low + high) / 2], [-(low + high) / 2, low * high]], np.eye(len(self.inputs)))
 
 
 def _check_indices(into: float, out: float) -> None:

@@ -18,7 +18,7 @@ from workbench.constants import GRAVITY
 from workbench.errors import InputError
 from workbench.goals.gain import check_signals
 from workbench.goals.goal import NEAR, Asked, Bound, Goal, Value, infinite, positive
-from workbench.goals.key import Key, magnitude
+from workbench.goals.key import Key, densities, magnitude
 from workbench.goals.peak import Axis, PeakMeasure, Piece, sampled
 from workbench.goals.registry import register
 from workbench.lti.bilinear import unwarped
@@ -61,7 +61,7 @@ class Spectrum(Goal):
     """
 
     kind = "spectrum"
-    keys = (*magnitude("mask", square=True), *magnitude("density", square=True), Key("unit"))
+    keys = (*magnitude("mask", square=True), *densities("density"), Key("unit"))
 
     inputs: tuple[str, ...] = field(kw_only=False)
     outputs: tuple[str, ...] = field(kw_only=False)
@@ -94,7 +94,7 @@ class RmsLimit(Goal):
     """
 
     kind = "rms_limit"
-    keys = (Key("limit"), *magnitude("density", square=True), Key("unit"))
+    keys = (Key("limit"), *densities("density"), Key("unit"))
 
     inputs: tuple[str, ...] = field(kw_only=False)
     outputs: tuple[str, ...] = field(kw_only=False)
