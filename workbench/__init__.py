@@ -39,7 +39,8 @@ if TYPE_CHECKING:
     from workbench.files.problem import load_problem as load
     from workbench.handover.table.table import read_table
     from workbench.lti.connect import connect
-    from workbench.lti.make import frd, ss, tf, zpk
+    from workbench.lti.make import ss, tf, zpk
+    from workbench.lti.measured import frd
 
 # name: the room and the name there
 FACE = {
@@ -59,7 +60,8 @@ FACE = {
     "read_table": ("handover.table.table", "read_table"),
     "study": ("study.run", "study"),
     "new": ("files.new", "new"),
-    **{name: ("lti.make", name) for name in ("tf", "ss", "zpk", "frd")},
+    **{name: ("lti.make", name) for name in ("tf", "ss", "zpk")},
+    "frd": ("lti.measured", "frd"),
     "connect": ("lti.connect", "connect"),
     **{
         name: ("control.structure.blocks", name)

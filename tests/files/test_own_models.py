@@ -183,3 +183,43 @@ def test_what_cannot_be_is_refused_by_its_key(tmp_path, old, new, sentence):
 def test_a_speed_is_not_for_a_plant_of_ones_own(tmp_path):
     with pytest.raises(InputError, match="asked of a vehicle"):
         load_problem(folder_with(tmp_path, LOOP), speed=30.0)
+
+
+@pytest.mark.parametrize("columns", ["real,imaginary", "magnitude,phase_deg", "magnitude_db,phase_deg"])
+def test_a_measured_response_is_fitted_within_its_tolerance(tmp_path, columns):
+    # an integrator behind a dead time and a resonance; the file says them in one of three ways
+    f = np.geomspace(0.05, 20.0, 80)
+    s = 2j * np.pi * f
+    G = 3 / s * np.exp(-0.04 * s) * 400 / (s**2 + 2 * s + 400)
+    said = {
+        "real": G.real, "imaginary": G.imag, "magnitude": np.abs(G), "magnitude_db": 20 * np.log10(np.abs(G)),
+        "phase_deg": np.rad2deg(np.angle(G)),
+    }  # fmt: skip
+    rows = zip(f, *(said[column] for column in columns.split(",")), strict=True)
+    text = "\n".join([f"frequency_hz,{columns}", *(",".join(map(repr, map(float, row))) for row in rows)])
+    (tmp_path / "tests.csv").write_text(text)
+    model = model_of(
+        tmp_path, 'kind = "frequency_response"\ninputs = ["u"]\noutputs = ["y"]\nentry = [{file = "tests.csv"}]\n'
+        "integrators = 1\ndead_time_ms = 40\ntolerance = 1e-6",
+    )  # fmt: skip
+    assert model.response(2 * np.pi * f)[:, 0, 0] == pytest.approx(G, rel=1e-6)
+    assert sorted(np.abs(model.plant.poles())) == pytest.approx([0, 20, 20], abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("content", "sentence"),
+    [
+        ("", "header"),
+        ("f,real,imaginary\n1,2,3\n2,3,4", "header"),
+        ("frequency_hz,real,imaginary\n1,2,3", "2 to 10000 rows"),
+        ("frequency_hz,real,imaginary\n1,2,3\n1,2,3", "must rise"),
+        ("frequency_hz,real,imaginary\n0,2,3\n1,2,3", "must rise"),
+        ("frequency_hz,real,imaginary\n1,0,0\n2,2,3", "not be zero"),
+        ("frequency_hz,real,imaginary\n1,1,x\n2,2,3", "numbers between commas"),
+        ("frequency_hz,real,imaginary\n" + "\n".join(f"{k},{(-1) ** k},{k % 3}" for k in range(1, 9)), "tolerance"),
+    ],
+)
+def test_a_response_that_cannot_be_read_or_fitted_is_refused(tmp_path, content, sentence):
+    (tmp_path / "t.csv").write_text(content)
+    with pytest.raises(InputError, match=sentence):
+        model_of(tmp_path, 'kind = "frequency_response"\nentry = [{file = "t.csv"}]\n' + IO)

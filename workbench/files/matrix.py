@@ -14,7 +14,7 @@ from workbench.errors import InputError
 from workbench.machine.reading import LARGEST_FILE, read_text
 
 MOST_STATES = 400
-MOST_POINTS = 100_000
+MOST_POINTS = 10_000
 COLUMNS = (("real", "imaginary"), ("magnitude", "phase_deg"), ("magnitude_db", "phase_deg"))
 
 
@@ -92,8 +92,8 @@ def read_response(folder: Path, name: str) -> tuple[np.ndarray, np.ndarray]:
     if rows.shape[1] != 3 or not 2 <= len(rows) <= MOST_POINTS:
         raise InputError(f"{path} must have 2 to {MOST_POINTS} rows of three numbers; got {rows.shape}.")
     frequency, first, second = (rows[:, header.index(key)] for key in ("frequency_hz", *pair))
-    if frequency[0] < 0 or (np.diff(frequency) <= 0).any():
-        raise InputError(f"frequencies of {path} must rise from 0 Hz or more; they do not. Sort them, each once.")
+    if frequency[0] <= 0 or (np.diff(frequency) <= 0).any():
+        raise InputError(f"frequencies of {path} must rise from above 0 Hz; they do not. Sort them, each once.")
     if pair[0] == "real":
         return frequency, first + 1j * second
     size = 10 ** (np.clip(first, -1e4, 1e3) / 20) if pair[0] == "magnitude_db" else first

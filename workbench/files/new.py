@@ -8,6 +8,7 @@ from pathlib import Path
 
 from workbench.design.problem import Problem
 from workbench.errors import InputError
+from workbench.files.own_plant import is_own, own_problem_data
 from workbench.files.problem import folder_of, load_problem
 from workbench.files.writing import problem_toml
 from workbench.machine.reading import LARGEST_FILE, read_mapping
@@ -54,8 +55,8 @@ def new(folder: str | Path, like: str | Problem = "dc_motor") -> Begun:
 
 def _files(source: Path) -> dict[str, bytes]:
     """The files of a problem's folder, by name."""
-    models = read_mapping(source / "data.toml").get("model", ())
-    read = [model["file"] for model in (models if isinstance(models, list) else [models]) if "file" in model]
+    document = read_mapping(source / "data.toml")
+    read = own_problem_data(source, document).files() if is_own(document) else ()
     found = {}
     for name in dict.fromkeys([*READ, *read]):
         if (source / name).is_file():

@@ -18,7 +18,7 @@ from workbench.errors import InputError
 from workbench.files.digest import check_digest
 from workbench.files.goal import goal_of
 from workbench.files.matrix import beside
-from workbench.files.plant import FileTable, PlantBlock
+from workbench.files.plant import PlantBlock
 from workbench.files.structure import StructureTable
 from workbench.files.table import MOST, Above, Table, Text, read_table
 from workbench.goals.goal import Goal
@@ -120,10 +120,13 @@ class OwnData:
     def _sha256(self) -> str:
         """Of data.toml and of what it reads beside it."""
         found = hashlib.sha256(read_text(self.folder / "data.toml").encode())
-        for table in self.file.model:
-            if isinstance(table, FileTable):
-                found.update(beside(self.folder, table.file).read_bytes())
+        for name in self.files():
+            found.update(beside(self.folder, name).read_bytes())
         return found.hexdigest()
+
+    def files(self) -> tuple[str, ...]:
+        """Names of the files beside data.toml that its models read."""
+        return tuple(dict.fromkeys(name for table in self.file.model for name in table.files()))
 
 
 def is_own(document: Mapping[str, Any]) -> bool:

@@ -13,10 +13,11 @@ from pydantic import Field, model_validator
 
 from workbench.errors import InputError
 from workbench.files.block import Finite, NotNegative, Positive
-from workbench.files.matrix import read_matrices
+from workbench.files.matrix import read_matrices, read_response
 from workbench.files.table import MOST, Above, FromZero, Name, Names, Number, Table, Text
 from workbench.lti.connect import connect
 from workbench.lti.make import second_order, tf, zpk
+from workbench.lti.measured import frd
 from workbench.lti.model import DelayLine, Model
 from workbench.lti.plant import Plant
 
@@ -29,7 +30,7 @@ Polynomial = Annotated[tuple[Number, ...], Field(min_length=1, max_length=HIGHES
 Root = Finite | tuple[Finite, NotNegative]  # real, or real and imaginary part of a conjugate pair
 Roots = Annotated[tuple[Root, ...], Field(max_length=MOST_ROOTS)]
 Count = Annotated[int, Field(strict=True, ge=0, le=MOST_ROOTS)]
-Path_ = Annotated[str, Field(min_length=1, max_length=200)]
+FileName = Annotated[str, Field(min_length=1, max_length=200)]
 DeadTimes = dict[Name, FromZero]
 
 
@@ -48,6 +49,10 @@ class PlantTable(Table):
     def model(self, folder: Path) -> Model:
         """The model; files lie in the folder."""
         raise NotImplementedError
+
+    def files(self) -> tuple[str, ...]:
+        """Names of the files beside data.toml that it reads."""
+        return ()
 
     def _with_ends(self, plant: Plant, lines: Sequence[DelayLine] = ()) -> Model:
         return Model(
@@ -299,14 +304,65 @@ class FileTable(PlantTable):
     """A .mat file with A, B, C, D, or a CSV file with the rows of [[A, B], [C, D]]."""
 
     kind: Literal["file"]
-    file: Path_
+    file: FileName
     states: Names = ()
 
+    def files(self) -> tuple[str, ...]:
+        """The one with the matrices."""
+        return (self.file,)
+
     def model(self, folder: Path) -> Model:
+        """The model of the file's matrices."""
         matrices = read_matrices(folder, self.file, len(self.inputs), len(self.outputs))
         return self._with_matrices(*matrices, states=self.states)
 
 
+class MeasuredEntry(Entry):
+    """A measured response: a .csv file with frequency_hz and real, imaginary; or magnitude(_db), phase_deg."""
+
+    file: FileName
+    dead_time_s: None = None
+
+
+class MeasuredTable(EntriesTable):
+    """A model fitted to measured frequency responses, all at the same frequencies; an entry not listed is zero.
+
+    order : poles beside the integrators; the least that comes within the tolerance if left out
+    tolerance : largest relative error at a measured point;  integrators, dead_time_s : of every entry, known beforehand
+    stable : whether the model must be
+    """
+
+    kind: Literal["frequency_response"]
+    entry: Annotated[tuple[MeasuredEntry, ...], Field(min_length=1, max_length=20)]
+    order: Annotated[int, Field(strict=True, ge=1, le=24)] | None = None
+    tolerance: Positive = 1e-3
+    integrators: Annotated[int, Field(strict=True, ge=0, le=4)] = 0
+    dead_time_s: FromZero = 0.0
+    stable: Annotated[bool, Field(strict=True)] = False
+
+    def files(self) -> tuple[str, ...]:
+        """One for each entry."""
+        return tuple(entry.file for entry in self.entry)
+
+    def model(self, folder: Path) -> Model:
+        """The fitted model, its error below the tolerance."""
+        read = {place: read_response(folder, entry.file) for place, entry in self.placed().items()}
+        frequency = next(iter(read.values()))[0]
+        values = np.zeros((len(frequency), len(self.outputs), len(self.inputs)), complex)
+        for (i, j), (own, response) in read.items():
+            if not np.array_equal(own, frequency):
+                raise InputError("entries of a model must be measured at the same frequencies; got others. Cut them.")
+            values[:, i, j] = response
+        measured = frd(
+            frequency, values, input=self.inputs, output=self.outputs, sample_time=self.sample_time_s, name=self.name
+        )
+        fit = measured.fitted(
+            self.order, tolerance=self.tolerance, integrators=self.integrators, dead_time=self.dead_time_s,
+            stable=self.stable,
+        )  # fmt: skip
+        return self._ended(replace(fit.model, pade_order=self.pade_order))
+
+
 PlantBlock = Annotated[
-    MatricesTable | TransferTable | RootsTable | LagTable | FileTable, Field(discriminator="kind")
-]  # fmt: skip
+    MatricesTable | TransferTable | RootsTable | LagTable | FileTable | MeasuredTable, Field(discriminator="kind")
+]
