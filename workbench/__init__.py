@@ -81,7 +81,7 @@ __all__ = [*FACE, *ROOMS]  # pyright: ignore[reportUnsupportedDunderAll]
 DOORS = {
     "table": ("handover.table.table", "table_of"),
     "export": ("handover.code.formats", "exported"),
-    "plot": ("plots.overview", "plot_design"),
+    "plot": ("plots.goal", "plot_design"),
 }
 
 

@@ -191,13 +191,15 @@ def test_every_goal_gets_an_axes_with_its_name():
     mpl.use("agg")
     from matplotlib import pyplot as plt
 
-    from workbench.plots.tuning import plot_goals
+    from workbench.design.design import design
+    from workbench.design.problem import Problem
+    from workbench.plots.goal import plot_goals
 
     goals = [
         Gain(name="effect", inputs=("w",), outputs=("y",), limit=0.5),
         Poles(name="speed", frequency=10.0, hard=True),
     ]
-    found = tune(lag(), proportional(-2.0), goals, starts=1, budget_seconds=5)
+    found = design(Problem(models=lag(), structure=proportional(-2.0), goals=goals), starts=1, seconds=5)
     axes = plot_goals(found)
     assert [ax.get_title(loc="left") for ax in axes.ravel()] == ["effect (soft)", "speed (hard)"]
     own = plt.subplots(2, 1)[1]
