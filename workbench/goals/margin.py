@@ -68,6 +68,7 @@ class Margins(Goal):
     points: tuple[str, ...] = field(kw_only=False)
     gain_db: float = 0.0
     phase_deg: float = 0.0
+    hard: bool = True
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "points", some_names("points", self.points))
@@ -208,6 +209,7 @@ class DelayMargin(Goal):
 
     points: tuple[str, ...] = field(kw_only=False)
     delay: float
+    hard: bool = True
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "points", some_names("points", self.points))
