@@ -1,7 +1,5 @@
 """`workbench design`: gains that meet a problem's requirements, verified, with table and report."""
 
-import math
-import os
 from pathlib import Path
 from typing import Annotated
 
@@ -10,9 +8,6 @@ import typer
 from workbench.commands.analyse import Budget, Name, Speed
 from workbench.commands.problems import Json
 
-SWEPT = "peak sensitivity"
-TRADE_OFF = (1.4, 1.2, 1.0, 0.95, 0.9)  # multiples of the wanted peak sensitivity
-
 
 def design(
     problem: Name,
@@ -20,7 +15,9 @@ def design(
     starts: Annotated[int | None, typer.Option(help="Seeded starts of the optimiser; 16 if left out.")] = None,
     seed: Annotated[int | None, typer.Option(help="Seed of the random starts; 0 if left out.", min=0)] = None,
     fix: Annotated[str, typer.Option(help="Parameters held at given values: tau_h=0.637,K_zddot=0")] = "",
-    solver: Annotated[str, typer.Option(help="slsqp or ipopt; restriction for a tuning problem.")] = "slsqp",
+    solver: Annotated[
+        str | None, typer.Option(help="slsqp, ipopt, nonsmooth or restriction; as the goals say if left out.")
+    ] = None,
     trade_off: Annotated[
         bool | None,
         typer.Option(
@@ -56,25 +53,16 @@ def design(
     With --budget-seconds, or interrupted, it keeps the best design that is verified by then, if there is one; trade-off
     and proofs over boxes are left out where they would take too long.
     """
-    from workbench.machine.supervision import attempted, finishing, supervised
+    from workbench.machine.supervision import supervised
 
     deadline = supervised(budget_seconds, "the design")
 
-    from workbench.commands.output import emit_json, emit_rows, emit_table, progress, say, tell
+    from workbench.commands.output import emit_json, progress, tell
     from workbench.commands.tuning_design import design_tuning
-    from workbench.design.design import design as solve
-    from workbench.design.robustness import robustness
     from workbench.errors import InputError
     from workbench.files.problem import load_problem, tuning_folder
-    from workbench.handover.report.report import report_html
-    from workbench.handover.report.schedule import with_schedule
-    from workbench.handover.table.schema import SchedulePart
-    from workbench.handover.table.table import signed, table_from_design, table_json
-    from workbench.machine.budget import keeping
+    from workbench.handover.complete import complete
     from workbench.machine.interrupts import received, word
-    from workbench.machine.writing import check_file, check_folder, write_text
-    from workbench.physics.vehicle import varied
-    from workbench.result import figure
 
     plant_alone = tuning_folder(problem)
     if plant_alone is not None:
@@ -85,138 +73,66 @@ def design(
             raise InputError(
                 f"{problem!r} has no vehicle and no random starts; --{unused} is not for it. Leave it out."
             )
-        return design_tuning(plant_alone, out, solver=solver, json=json, deadline=deadline)
-    loaded = load_problem(problem, speed=speed).with_fixed(parse_fixed(fix))
-    if robust is None and speed is None:
-        loaded.check_one_way(
-            "say --robust for one set of gains that bears the variation, or --no-robust for the schedule"
-        )
-    for_many = robust or (robust is None and loaded.variation is not None)
-    over_speeds = not for_many and loaded.plan is not None and speed is None
-    sweepable = not for_many and not over_speeds and any(r.name == SWEPT for r in loaded.requirements)
-    if trade_off and not sweepable:
-        raise InputError(
-            f"--trade-off sweeps a limit of {SWEPT!r} for one set of gains for one vehicle at one speed; "
-            f"{problem!r} is asked for something else. Leave it out."
-        )
-    starts, seed = 16 if starts is None else starts, seed or 0
-    check_folder(out)
-    for name in ("gains.json", "report.html"):
-        check_file(out / name)
-    scheduled = borne = None
+        return design_tuning(plant_alone, out, solver=solver or "slsqp", json=json, deadline=deadline)
+    loaded = load_problem(problem, speed=speed)
+    loaded = loaded.with_fixed(parse_fixed(fix, vehicle=loaded.flies))
+    if boxes and not loaded.flies:
+        raise InputError(f"{problem!r} controls a plant of its own, with no box of vehicles; leave --boxes out.")
     with progress(json) as show:
-        step = show("starts", starts)
-        options = {"starts": starts, "seed": seed, "solver": solver, "workers": os.cpu_count() or 1}
-        solving = _time_to_solve(deadline)
-        with keeping(solving):
-            if for_many:
-                borne = _robust(loaded, options, lambda s: step(f"cost {s.cost:.4g}"), show)
-                result = borne.design
-            elif over_speeds:
-                scheduled = _scheduled(loaded, options, lambda s: step(f"cost {s.cost:.4g}"), show)
-                result = scheduled.cruise
-            else:
-                own = {key: value for key, value in options.items() if key != "solver"}
-                result = solve(loaded, method=solver, **own, on_start=lambda s: step(f"cost {s.cost:.4g}"))
-        cases = robustness(loaded, result.gains, varied)
-        left_out = []
-        extras = _time_for_extras(deadline)
-        curve = None
-        if sweepable and trade_off is not False:
-            curve, whole = attempted(lambda: _curve(loaded, result.gains, options, show), None, extras)
-            left_out += [] if whole else ["the trade-off"]
-        kept = {c.name: c.to_dict() for c in cases}
-        more = {} if borne is None else {f"worst {w.verdict.name} of many models": _worst(w) for w in borne.worst}
-        table = table_from_design(result, robustness=kept | more)
-        if scheduled is not None:
-            table = table.model_copy(update={"schedule": SchedulePart(**scheduled.schedule.to_dict())})
-        plain = table = signed(table)
-        if boxes is not False:
-            table, whole = attempted(lambda: _proved(plain, loaded, show), plain, _time_for_extras(deadline))
-            left_out += [] if whole else ["proofs over boxes"]
-    evidence = scheduled or borne or result
-    page = report_html(result, trade_off=curve, robustness=kept | more, table=table)
-    page = page if scheduled is None else with_schedule(page, scheduled)
-    path, report = out / "gains.json", out / "report.html"
-    finishing()
-    write_text(report, page)  # both are complete before either is written
-    write_text(path, table_json(table))
-    if len(result.starts) < starts or solving.expired or received():
+        done = complete(
+            loaded, out, starts=starts, seed=seed or 0, method=solver, robust=robust,
+            over_speeds=False if speed is not None else None, sweep=trade_off, boxes=boxes is not False,
+            deadline=deadline, show=show,
+        )  # fmt: skip
+    if done.hurried:
         why = "the budget ended" if received() is None else word()
-        tell(f"{why} after {len(result.starts)} of {starts} starts; {path} holds the best design verified by then.")
-    if left_out:
-        tell(f"left out for want of time: {', '.join(left_out)}.")
+        of = f"{len(done.design.starts)} of {16 if starts is None else starts} starts"
+        tell(f"{why} after {of}; {done.written[0]} holds the best design verified by then.")
+    if done.left_out:
+        tell(f"left out for want of time: {', '.join(done.left_out)}.")
     if json:
-        places = {"table": str(path), "report": str(report)}
-        emit_json({**evidence.to_dict(), "robustness": [c.to_dict() for c in cases], **places})
+        emit_json(done.to_dict())
         return
-    emit_rows(loaded.title, result.gains.rows())
+    _print(done, boxes is not False)
+
+
+def _print(done, boxes: bool) -> None:
+    """The design for a person."""
+    from workbench.commands.output import emit_rows, emit_table, say
+    from workbench.design.robust import RobustDesign
+    from workbench.design.scheduled import ScheduledDesign
+    from workbench.handover.table.table import GainTable
+    from workbench.result import figure
+
+    found, evidence = done.design, done.evidence
+    rows = [(p.name, found.values[p.name], p.unit) for p in found.structure.parameters]
+    emit_rows(found.problem.title or found.problem.name, rows)
+    scheduled = evidence if isinstance(evidence, ScheduledDesign) else None
+    cost = "" if found.analysis is None else f": cost J = {found.analysis.cost:.4g}"
     emit_table(
-        f"Requirements{_where(scheduled)}: cost J = {result.analysis.cost:.4g}",
+        f"{'Requirements' if found.problem.flies else 'Goals'}{_where(scheduled)}{cost}",
         ("requirement", "limit", "value", "met", "where"),
         [
             (v.name, f"{v.sense} {v.limit:g} {v.unit}", figure(v.value), figure(v.met), v.where)
-            for v in result.requirements
+            for v in found.verdicts
         ],
     )  # fmt: skip
     if scheduled is not None:
         _print_schedule(scheduled)
-    if borne is not None:
-        _print_worst(borne)
-    emit_table(
-        "Robustness", ("case", "stable", "damping", *(f"peak sensitivity, {g}" for g in cases[0].peak_sensitivity)),
-        [(c.name, figure(c.stable), figure(c.damping), *map(figure, c.peak_sensitivity.values())) for c in cases],
-    )  # fmt: skip
-    if boxes is not False:
-        _print_boxes(table)
-    say(f"gain table  {path}\nreport      {report}")
-
-
-def _time_to_solve(deadline):
-    """The part of a budget for finding gains: the rest is for table and report, thrice what starting has taken."""
-    left = max(deadline.remaining, 1e-9)
-    started_in = 0.0 if math.isinf(left) else deadline.budget - left
-    return deadline.share(min(max(1 - 3 * started_in / left, 0.5), 0.7))
-
-
-def _time_for_extras(deadline):
-    """Until when something may be done that can be left out; nothing at all after an interrupt."""
-    from workbench.machine.budget import Deadline
-    from workbench.machine.interrupts import received
-
-    return Deadline(0.0, 0.0) if received() else deadline.share(0.4)
-
-
-def _robust(problem, options, on_start, show):
-    """Gains for many models: the data's variation, or the standard box."""
-    from workbench.design.model import STANDARD_BOX, Variation
-    from workbench.design.robust import ROUNDS, robust_design
-
-    step = show("worst models", ROUNDS)
-    variation = problem.variation or Variation(box=STANDARD_BOX)
-    return robust_design(problem, variation, **options, on_start=on_start, on_round=lambda n, words: step(words[:60]))
-
-
-def _scheduled(problem, options, on_start, show):
-    """A schedule over the range that the data ask for."""
-    from workbench.design.scheduled import ROUNDS, schedule_design
-
-    step = show("dense check", ROUNDS)
-    return schedule_design(problem, **options, on_start=on_start, on_round=lambda n, words: step(words[:60]))
-
-
-def _proved(table, problem, show):
-    """The table with its promises over the standard box and over the speeds of its schedule."""
-    from time import perf_counter
-
-    from workbench.goals.ride.requirement import boxed
-    from workbench.handover.table.promise import certified
-
-    count = sum(boxed(p.name) for p in table.promises) * (1 if table.schedule is None else 2)
-    step, began = show("proofs over boxes", count), perf_counter()
-    return certified(
-        table, problem, on_promise=lambda name, words: step(f"{perf_counter() - began:.0f} s, {name}: {words}"[:90])
-    )
+    if isinstance(evidence, RobustDesign):
+        _print_worst(evidence)
+    if done.cases:
+        emit_table(
+            "Robustness",
+            ("case", "stable", "damping", *(f"peak sensitivity, {g}" for g in done.cases[0].peak_sensitivity)),
+            [
+                (c.name, figure(c.stable), figure(c.damping), *map(figure, c.peak_sensitivity.values()))
+                for c in done.cases
+            ],
+        )
+    if boxes and isinstance(done.table, GainTable):
+        _print_boxes(done.table)
+    say("gain table  {}\nreport      {}".format(*done.written))
 
 
 def _print_boxes(table) -> None:
@@ -272,12 +188,6 @@ def _print_schedule(scheduled) -> None:
     )
 
 
-def _worst(worst) -> dict:
-    """What a gain table keeps of a worst model."""
-    v = worst.verdict
-    return {"limit": v.limit, "value": v.value, "met": v.met, "where": v.where, **worst.values}
-
-
 def _print_worst(borne) -> None:
     """The worst model of each requirement, and what bearing them costs."""
     from workbench.commands.output import emit_table
@@ -296,26 +206,8 @@ def _print_worst(borne) -> None:
     )
 
 
-def _curve(problem, gains, options, show):
-    """Cost against allowed peak sensitivity; a quarter of the design's starts at each limit."""
-    from workbench.design.tradeoff import trade_off
-
-    wanted = next(r.limit for r in problem.requirements if r.name == SWEPT)
-    step = show("trade-off", len(TRADE_OFF))
-    return trade_off(
-        problem,
-        SWEPT,
-        [wanted * f for f in TRADE_OFF],
-        start=gains,
-        starts=max(2, options["starts"] // 4),
-        seed=options["seed"],
-        workers=options["workers"],
-        on_limit=lambda limit, cost: step(f"at {limit:.3g}"),
-    )
-
-
-def parse_fixed(text: str) -> dict[str, float]:
-    """'tau_h=0.637,K_zddot=0' as a mapping of checked values."""
+def parse_fixed(text: str, *, vehicle: bool) -> dict[str, float]:
+    """'tau_h=0.637,K_zddot=0' as a mapping of values, checked as a vehicle's gains where they are."""
     from workbench.control.gains import TIME_CONSTANTS, checked_gain
     from workbench.errors import InputError
 
@@ -329,8 +221,8 @@ def parse_fixed(text: str) -> dict[str, float]:
             raise InputError(f"--fix takes {pairs}; got {part[:60]!r}.") from error
         if name in out:
             raise InputError(f"--fix must name a parameter once; got {name} twice. Drop one of them.")
-        out[name] = checked_gain(name, number)
-        if name in TIME_CONSTANTS and out[name] == 0:
+        out[name] = checked_gain(name, number) if vehicle else number
+        if vehicle and name in TIME_CONSTANTS and out[name] == 0:
             raise InputError(
                 f"{name} must be positive in a design; got 0. To do without the filter, fix its rate gain at 0."
             )

@@ -1,7 +1,7 @@
 """Picture of a design: every goal against its limit, one small axes per goal.
 
-    goal of a gain, a margin, a density --> its measure over frequency, 1 the limit
-    any other goal                      --> a bar: value over limit, 1 the limit
+goal of a gain, a margin, a density --> its measure over frequency, 1 the limit
+any other goal                      --> a bar: value over limit, 1 the limit
 """
 
 import math
