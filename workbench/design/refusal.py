@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from workbench.analysis.analysis import Analysis
 from workbench.errors import InfeasibleError
+from workbench.goals.ride.decay_rate import DecayRate
 from workbench.goals.verdict import Verdict, shortfall
 
 NAMED = 4  # requirements at most in one sentence
@@ -56,4 +57,6 @@ def _words(v: Verdict, place: str) -> str:
 
 def unstable(decay: float, where: str) -> Verdict:
     """The verdict that every root must decay, of a loop in which one does not; decay : of the slowest [1/s]."""
-    return Verdict(name="decay rate", sense=">=", limit=0.0, value=decay, unit="1/s", met=False, where=where)
+    return Verdict(
+        name=DecayRate.kind, sense=DecayRate.sense, limit=0.0, value=decay, unit=DecayRate.unit, met=False, where=where
+    )

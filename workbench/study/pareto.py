@@ -14,6 +14,8 @@ import numpy as np
 from workbench.control import Gains
 from workbench.design.problem import Problem
 from workbench.design.tradeoff import trade_off
+from workbench.goals.ride.currents import MeanSquareCurrents
+from workbench.goals.ride.peak_sensitivity import PeakSensitivity
 from workbench.goals.ride.requirement import requirement_class
 from workbench.study.definition import Limit, Study, Sweep
 from workbench.study.quantity import document_of, limited, of_requirement, value_at
@@ -23,8 +25,7 @@ from workbench.study.store import Piece
 OBJECTIVES = {
     "ride cost J": ("cost",),
     "stroke, rms gap change [m]": ("rms.gap.front", "rms.gap.rear"),
-    "peak sensitivity": ("peak_sensitivity.heave_pitch", "peak_sensitivity.sway_roll_yaw"),
-    "sum of mean square currents": ("sum_alpha_squared",),
+    **{goal.kind: of_requirement(goal.kind) for goal in (PeakSensitivity, MeanSquareCurrents)},
 }
 
 
