@@ -80,7 +80,7 @@ class Loop:
         """From pushes at points to signals, with some points open."""
         for name in (*inputs, *openings):
             if name not in self._at:
-                raise TableError(f"a promise must speak of points of the loop; {name[:60]!r} is none. Mend it.")
+                raise NotProved(f"{name[:60]!r} is no point of the loop")
         N, model = len(self.points), self.model
         system, ends = model.system, range(len(model.lines))
         u, y = system.index("inputs", model.inputs), system.index("outputs", model.outputs)
@@ -107,7 +107,10 @@ class Loop:
             raise NotProved("the blocks close an algebraic loop without solution") from error
         after = stacked([[inside * passed * X, inside * push]])  # by [x; xk; d; w]
         before = stacked([[X, zeros(N, len(inputs))]]) + M * after
-        z = self._rows(outputs, before, after)
+        try:
+            z = self._rows(outputs, before, after)
+        except TableError as error:
+            raise NotProved(str(error)) from error
         state = stacked([[system.A, zeros(n, nk), part(system.B, x, sinks), zeros(n, len(inputs))],
                          [zeros(nk, n), Ak, zeros(nk, len(ends) + len(inputs))]])  # fmt: skip
         state = state + stacked([[part(system.B, x, u) * to_u], [Bk]]) * after

@@ -133,11 +133,8 @@ def table_of(document: Mapping[str, Any]) -> Table:
         _model(x, f"models.{i}") for i, x in enumerate(entries_of(document["models"], "models", MOST_MODELS, 1))
     )
     _distinct([m.name for m in models], "models")
-    if any((m.inputs, m.outputs, m.sample_time) != (models[0].inputs, models[0].outputs, models[0].sample_time)
-           for m in models):  # fmt: skip
-        raise TableError(
-            "the models of a table must have the same signals and sample time; they do not. Get the table again."
-        )
+    if any(m.sample_time != models[0].sample_time for m in models):
+        raise TableError("the models of a table must have one sample time; they do not. Get the table again.")
     structure = keyed(document["structure"], "structure", ("references", "blocks"))
     blocks = tuple(
         _block(x, f"structure.blocks.{i}")

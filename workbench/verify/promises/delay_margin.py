@@ -69,6 +69,7 @@ def _apart(one: acb, other: acb, lag: arb) -> bool:
 
 def _crossed(return_: Balls, back: Balls, a: fmpq, b: fmpq, limit: fmpq) -> bool:
     """Whether the loop gain passes 1 between two frequencies at a lag that is proved to be within the limit."""
+    a, b = max(a - (b - a) / 2, fmpq(0)), b + (b - a) / 2  # the crossing may lie on an end
     ends = [acb(0, arb(x)) for x in (a, b)]
     sizes = [abs(return_.at(s)) - abs(back.at(s)) for s in ends]
     if not ((sizes[0] > 0 and sizes[1] < 0) or (sizes[0] < 0 and sizes[1] > 0)):
