@@ -26,6 +26,7 @@ from typing import NamedTuple
 import numpy as np
 
 from workbench.errors import InputError
+from workbench.lti.exponential import advanced
 
 CELLS = 40  # of a wheel-base delay, on each of which the noise is held constant; twice as many add 0.1 % at most
 DOUBLINGS = 18  # of the window of measurements: 2^18 cells of 3 ms are a quarter of an hour
@@ -148,7 +149,7 @@ class _Estimate:
     def __init__(self, A, front, rear, delay: float, measured: Measured) -> None:
         self.step = h = delay / CELLS
         n, k = front.shape
-        advance, entered = _held(A, np.hstack([front, rear]), h)
+        advance, entered = advanced(A, np.hstack([front, rear]), h)
         factor = _recorded(A, front, rear, h, measured)
         e, size = measured.states, n + (CELLS + 1) * k
         step = np.zeros((size, size))
@@ -231,18 +232,9 @@ def _trace(a: np.ndarray, b: np.ndarray) -> float:
     return float(np.sum(a * b))
 
 
-def _held(A: np.ndarray, b: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray]:
-    """e^{Ah} and ∫₀^h e^{Aσ} dσ b."""
-    from scipy.linalg import expm
-
-    n, k = b.shape
-    whole = expm(np.block([[A, b], [np.zeros((k, n + k))]]) * h)
-    return whole[:n, :n], whole[:n, n:]
-
-
 def _averages(M: np.ndarray, b: np.ndarray, h: float, count: int) -> np.ndarray:
     """(count, n, k): ∫ of e^{Ms} b over each cell of length h from 0 on."""
-    advance, current = _held(M, b, h)
+    advance, current = advanced(M, b, h)
     out = []
     for _ in range(count):
         out.append(current)

@@ -13,6 +13,7 @@ from workbench.analysis.loop_curve import LoopCurve
 from workbench.control.structure.block import Controller
 from workbench.control.structure.loop import Loop
 from workbench.errors import InputError
+from workbench.lti.exponential import advanced
 from workbench.lti.march import Lined, step_pieces
 from workbench.result import Result, Row
 
@@ -91,15 +92,10 @@ def _settled(values: np.ndarray) -> int:
 
 def _exponential(A, B, C, D, step: float) -> np.ndarray:
     """(INSTANTS, p) of a continuous system, from one matrix exponential."""
-    from scipy.linalg import expm
-
-    n = len(A)
-    whole = np.zeros((n + 1, n + 1))
-    whole[:n, :n], whole[:n, n:] = A, B
-    turn = expm(whole * step)
-    if not np.isfinite(turn).all():
+    turn, pushed = advanced(A, B, step)
+    if not (np.isfinite(turn).all() and np.isfinite(pushed).all()):
         raise InputError("step responses must be finite; the loop's matrices overflow. Check the values.")
-    return _rolled(turn[:n, :n], turn[:n, n:], C, D, INSTANTS)
+    return _rolled(turn, pushed, C, D, INSTANTS)
 
 
 def _rolled(A, B, C, D, count: int) -> np.ndarray:

@@ -22,14 +22,14 @@ def energy(A: np.ndarray, B: np.ndarray, C: np.ndarray, *, sampled: bool):
     """
     if len(A) == 0:
         return 0.0, np.zeros_like(A), np.zeros_like(B), np.zeros_like(C)
-    P, Q = (_both_sampled if sampled else _both)(A, B, C)
+    P, Q = _both_sampled(A, B, C) if sampled else gramians(A, B, C)
     value = float(np.einsum("pi,ij,pj->", C, P, C))
     by_A = 2 * Q @ A @ P if sampled else 2 * Q @ P
     return max(value, 0.0), by_A, 2 * Q @ B, 2 * C @ P
 
 
-def _both(A: np.ndarray, B: np.ndarray, C: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Controllability and observability Gramians."""
+def gramians(A: np.ndarray, B: np.ndarray, C: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """P and Q with A P + P A' + B B' = 0 and A'Q + Q A + C'C = 0, by one Schur form; A (n, n) stable."""
     from scipy.linalg import schur
     from scipy.linalg.lapack import dtrsyl
 
@@ -48,7 +48,7 @@ def _both_sampled(A: np.ndarray, B: np.ndarray, C: np.ndarray) -> tuple[np.ndarr
     """The same for a sampled system, through A → (A − I)(A + I)⁻¹, which leaves the Gramians up to known factors."""
     closing = np.linalg.inv(A + np.eye(len(A)))  # `bilinear.in_w_plane` at h = 2, its states as they are
     continuous = closing @ (A - np.eye(len(A)))
-    return _both(continuous, np.sqrt(2) * closing @ B, np.sqrt(2) * C @ closing)
+    return gramians(continuous, np.sqrt(2) * closing @ B, np.sqrt(2) * C @ closing)
 
 
 def energy_by_doubling(A: np.ndarray, B: np.ndarray, C: np.ndarray, *, sampled: bool) -> float:

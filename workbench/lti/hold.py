@@ -16,6 +16,7 @@ import numpy as np
 
 from workbench.errors import InputError, unknown_name
 from workbench.lti.delay import rational
+from workbench.lti.exponential import advanced
 from workbench.lti.model import MOST_SAMPLES, Model
 from workbench.lti.plant import Plant
 
@@ -229,14 +230,7 @@ class _Sampling:
 
     def _after(self, time: float) -> tuple[np.ndarray, np.ndarray]:
         """e^{A time} and ∫₀^time e^{As} ds times the columns of `forces`."""
-        from scipy.linalg import expm
-
-        columns = np.column_stack([np.zeros((self.n, 0)), *self.forces.values()])
-        whole = np.zeros((self.n + columns.shape[1],) * 2)
-        whole[: self.n, : self.n], whole[: self.n, self.n :] = self.A, columns
-        with np.errstate(all="ignore"):  # what overflows is refused
-            both = expm(whole * time)[: self.n] if len(whole) and time > 0 else np.eye(self.n, len(whole))
-        return both[:, : self.n], both[:, self.n :]
+        return advanced(self.A, np.column_stack([np.zeros((self.n, 0)), *self.forces.values()]), time)
 
 
 def _numbered(count: int) -> tuple[str, ...]:

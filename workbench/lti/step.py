@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from workbench.lti.exponential import advanced
 from workbench.lti.modes import largest, step_response
 from workbench.lti.realisation import EPS, Realisation, balanced, state_scale
 
@@ -48,17 +49,11 @@ class Steps:
 
     def states(self, t: float, before: np.ndarray) -> np.ndarray:
         """The state (n,) a time t after `before`, continuous; t may be negative."""
-        from scipy.linalg import expm
-
         A, B, *_ = self.system
-        n = len(A)
-        whole = np.zeros((n + 1, n + 1))
-        whole[:n, :n], whole[:n, n:] = A, B
-        return (expm(whole * t) @ np.r_[before, 1.0])[:n]
+        turn, pushed = advanced(A, B, t)
+        return turn @ before + pushed[:, 0]
 
     def _extrema(self, begin: float) -> tuple[np.ndarray, np.ndarray]:
-        from scipy.linalg import expm
-
         A, B, C, D = self.system
         n = len(A)
         if n == 0:
@@ -69,9 +64,8 @@ class Steps:
         brackets: list[tuple[float, float, float, np.ndarray]] = []
         start, reached = 0.0, np.zeros(n)
         for _ in range(MOST_WINDOWS):
-            whole = np.zeros((n + 1, n + 1))
-            whole[:n, :n], whole[:n, n:] = A, B
-            power = expm(whole * spacing)
+            power = np.eye(n + 1)
+            power[:n, :n], power[:n, n:] = advanced(A, B, spacing)
             states = np.r_[reached, 1.0][:, None]
             for _ in range(DOUBLINGS):
                 states = np.hstack([states, power @ states])

@@ -14,6 +14,7 @@ import numpy as np
 
 from workbench.errors import InputError
 from workbench.lti.eigen import eigen
+from workbench.lti.energy import gramians
 from workbench.lti.grid import around
 from workbench.lti.modal_peak import Gain
 from workbench.lti.norm import proposals
@@ -142,19 +143,9 @@ class StaticLoop:
 
 
 def _gramians(A: np.ndarray, B: np.ndarray, C: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
-    """P and Q with A P + P A' + B B' = 0 and A'Q + Q A + C'C = 0, by one Schur form; None if A is not stable."""
-    from scipy.linalg import schur
-    from scipy.linalg.lapack import dtrsyl
-
-    if not np.all(np.isfinite(A)):
-        return None
-    T, U, *_ = schur(A)
-    if _abscissa_of(T) >= 0:
-        return None
-    W, V = U.T @ B, C @ U
-    P, shrink_p, _ = dtrsyl(T, T, -(W @ W.T), trana="N", tranb="T")
-    Q, shrink_q, _ = dtrsyl(T, T, -(V.T @ V), trana="T", tranb="N")
-    return U @ (P / shrink_p) @ U.T, U @ (Q / shrink_q) @ U.T
+    """Those of a stable system; None if it is none."""
+    stable = np.isfinite(A).all() and np.linalg.eigvals(A).real.max(initial=-math.inf) < 0
+    return gramians(A, B, C) if stable else None
 
 
 def _inverse_root(M: np.ndarray) -> np.ndarray:
@@ -164,11 +155,6 @@ def _inverse_root(M: np.ndarray) -> np.ndarray:
     if not (top > 0 and math.isfinite(top)):
         return np.eye(len(M))
     return vectors / np.sqrt(np.maximum(values, FLAT * top)) @ vectors.T
-
-
-def _abscissa_of(T: np.ndarray) -> float:
-    """Largest real part of the eigenvalues of a real Schur form, whose 2 × 2 blocks have equal diagonals."""
-    return float(T.diagonal().max(initial=-math.inf))
 
 
 class Peaks:
