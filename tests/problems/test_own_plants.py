@@ -3,7 +3,12 @@
 import numpy as np
 import pytest
 
+import workbench as wb
 from workbench.files.problem import load_problem, shipped_problems, shipped_vehicles
+from workbench.physics.forces.actuator import VoltageFed
+from workbench.physics.forces.attraction import AttractionMagnet
+from workbench.physics.guideway.span import Span
+from workbench.physics.vehicle.suspension import suspension
 
 NAMES = sorted(set(shipped_problems()) - set(shipped_vehicles()))
 
@@ -42,3 +47,30 @@ def test_the_transmission_keeps_its_static_gain_and_slows_down_under_load():
     first = [np.sort(np.abs(np.log(m.plant.poles())))[0] / m.sample_time for m in models]
     assert first == sorted(first, reverse=True)
     assert all(np.abs(m.plant.poles()).max() < 1 for m in models)
+
+
+def test_the_magnet_is_the_linearised_suspension_on_both_guideways():
+    magnet, supply = AttractionMagnet(turns=270, pole_area=0.011), VoltageFed(resistance=0.8)
+    span = Span(length=24.0, bending_stiffness=1.14e9, mass_per_length=200.0, damping=0.01)
+    for found, beam in zip(load_problem("attraction_magnet").systems, (None, span), strict=True):
+        modes = () if beam is None else ("mode_1", "mode_2", "mode_3")
+        held = {"gap": 0.01, "current": 30.0} | ({} if beam is None else {"place": 9.0})
+        rest = suspension(250.0, magnet, supply, span=beam).rest(held, ("current", "voltage", *modes))
+        ours = rest.linearise().plant.select(inputs=found.inputs, outputs=found.outputs)
+        assert found.plant.states == ours.states
+        for letter in "ABCD":
+            ours_here, printed = getattr(ours, letter), getattr(found.plant, letter)
+            size = np.abs(ours_here).max(initial=1.0, axis=1, keepdims=True)
+            assert np.all(np.abs(printed - ours_here) <= 1e-8 * size)  # nine printed digits
+
+
+def test_the_magnet_holds_on_both_guideways_with_the_gains_that_a_design_finds(tmp_path):
+    problem = load_problem("attraction_magnet")
+    assert all(model.plant.poles().real.max() > 20 for model in problem.systems)  # it falls by itself
+    found = wb.design(problem, starts=1)
+    assert found.met
+    assert found.values["Kp"] > 3120.0  # k_x/k_i
+    found.table().write(tmp_path / "magnet.json")
+    report = wb.verify(tmp_path / "magnet.json")
+    assert report.proved
+    assert {finding.name for finding in report.findings if finding.verdict == "proved"} >= {"stability", "decay rate"}
