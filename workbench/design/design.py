@@ -16,6 +16,7 @@ from workbench.control.gains import GAIN_NAMES
 from workbench.design.problem import Problem
 from workbench.design.record import DIGITS, Design, Start, given
 from workbench.design.refusal import refusal
+from workbench.design.sampled import kept_sampled
 from workbench.design.solve import cost, finish, relaxed, stable_start
 from workbench.design.steering import Programme
 from workbench.design.verdict import verdicts
@@ -316,15 +317,18 @@ def _as_they_are(problem: Problem, programme: Programme, x: np.ndarray) -> _Judg
 
 
 def _verified(problem: Problem, programme: Programme, outcome: Outcome, solver: str) -> _Judged:
-    """Rounded gains with exact verdicts all met, moving further from the limits where they are not; else the first."""
+    """Rounded gains with exact verdicts all met, and kept by the sampled law too, moving further from the limits where
+    they are not; else the first that are met, else the first.
+    """
     first = _judged(problem, rounded(programme.gains(outcome.x)), outcome.binding)
-    if first.met or not outcome.feasible:
+    if not outcome.feasible or (first.met and kept_sampled(problem, first.gains)):
         return first
     for back_off in BACK_OFFS[1:]:
         outcome, programme = finish(programme.with_back_off(back_off), outcome.x, (1.0,), solver=solver)
         again = _judged(problem, rounded(programme.gains(outcome.x)), outcome.binding)
-        if again.met:
+        if again.met and kept_sampled(problem, again.gains):
             return again
+        first = again if again.met and not first.met else first
     return first
 
 

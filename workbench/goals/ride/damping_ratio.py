@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.analysis.mode import REAL
+from workbench.analysis.sampled import SampledLoop
 from workbench.goals.goal import Rows
 from workbench.goals.key import Key
 from workbench.goals.ride.evaluated import Evaluated, count
@@ -34,6 +35,9 @@ class DampingRatio(MarginRequirement):
             slope = damping_slope(values[worst], slopes[worst])
             out.append((f"{self.name} of {group.subject.name}", ratio[worst] / asked - 1, slope / asked))
         return out
+
+    def sampled(self, loop: SampledLoop) -> float | None:
+        return loop.damping
 
     def found(self, loop: Flown) -> Found:
         a = loop.analysis

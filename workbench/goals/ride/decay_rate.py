@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from workbench.analysis.sampled import SampledLoop
 from workbench.goals.goal import Rows
 from workbench.goals.key import Key
 from workbench.goals.ride.evaluated import Evaluated, count
@@ -32,6 +33,9 @@ class DecayRate(MarginRequirement):
                 (f"{self.name} of {group.subject.name}", -values.real[slow] / decay - 1, -slopes.real[slow] / decay)
             )
         return out
+
+    def sampled(self, loop: SampledLoop) -> float | None:
+        return loop.decay
 
     def found(self, loop: Flown) -> Found:
         slowest = max(loop.analysis.modes, key=lambda m: m.pole.real)

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from workbench.analysis.sampled import SampledLoop
 from workbench.goals.goal import Rows
 from workbench.goals.key import Key
 from workbench.goals.ride.evaluated import Evaluated
@@ -41,6 +42,9 @@ class PeakSensitivity(MarginRequirement):
 
     def missed(self, loop: Flown, most: float) -> Iterable[float]:
         return [omega for _, omega, value in exact_peaks(loop) if value > most]
+
+    def sampled(self, loop: SampledLoop) -> float | None:
+        return loop.peak_sensitivity and loop.peak_sensitivity.upper
 
     def found(self, loop: Flown) -> Found:
         peaks = [(group, peak) for group, peak in loop.analysis.peak_sensitivity.items() if peak is not None]

@@ -16,6 +16,7 @@ import numpy as np
 
 from workbench.analysis.analysis import Analysis, unfiltered
 from workbench.analysis.batch.closing import Closed
+from workbench.analysis.sampled import SampledLoop
 from workbench.analysis.setting import Setting
 from workbench.errors import InputError, unknown_name
 from workbench.goals.goal import Goal, Rows
@@ -164,6 +165,10 @@ class Requirement(Goal):
     def found(self, loop: Flown) -> Found:
         """(value, where) by the exact measures; asked of stable loops that have responses, unless `of_roots`."""
         raise TypeError(f"{type(self).__name__} must define found() or judge()")  # a defect of ours
+
+    def sampled(self, loop: SampledLoop) -> float | None:
+        """The quantity in the loop of a computer, seen at the samples; None where it has none."""
+        return None
 
     def said(self, value: float | None, where: str) -> Verdict:
         """The verdict on one value; None (an unstable loop, an unfiltered rate) is never met, and `where` says why."""
