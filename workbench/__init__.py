@@ -26,6 +26,7 @@ if TYPE_CHECKING:
         low_pass_second,
         notch,
         pid,
+        pid_matrix,
         pid_two_degrees,
         washout,
     )  # fmt: skip
@@ -66,7 +67,8 @@ FACE = {
     **{
         name: ("control.structure.blocks", name)
         for name in (
-            "gain", "pid", "pid_two_degrees", "lead_lag", "low_pass", "low_pass_second", "notch", "washout",
+            "gain", "pid", "pid_matrix", "pid_two_degrees", "lead_lag", "low_pass", "low_pass_second", "notch",
+            "washout",
         )
     },
     **{

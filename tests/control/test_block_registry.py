@@ -9,7 +9,7 @@ from test_structure_blocks import a_block_of_each_kind
 from workbench.control.gains import Gains
 from workbench.control.law import ModalLaw
 from workbench.control.structure.block import Parameter
-from workbench.control.structure.blocks import gain
+from workbench.control.structure.blocks import gain, pid_matrix
 from workbench.control.structure.registry import BLOCKS, make_block
 from workbench.control.structure.space import expression, modal_law, state_space, transfer_function
 from workbench.control.structure.structure import Structure
@@ -24,6 +24,16 @@ def every_block():
     gains = Gains.from_mapping({name: 0.3 + 0.1 * k for k, name in enumerate(Gains.__dataclass_fields__)})
     more = {
         "masked gain": gain(["a", "b"], ["u", "v"], [[1, 0], [2, 3]], mask=[[1, 0], [1, 1]], fixed=[[0, 0], [1, 0]]),
+        "pid matrix": pid_matrix(
+            ["a - b", "c"],
+            ["u", "v"],
+            Kp=[[1, 0], [2, 3]],
+            Ki=0.5,
+            Kd=[[0, 0], [0.1, 4]],
+            Tf=0.2,
+            mask=[[1, 0], [1, 1]],
+            name="P",
+        ),
         "named gain": gain("a - b", "u", 2.0, name="F", low=0, high=4),
         "sampled state space": state_space("y", "u", 2, sample_time=0.1, direct=True, name="K"),
         "sampled transfer function": transfer_function("y", "u", [1, 2], [1, 0.2], sample_time=0.1),

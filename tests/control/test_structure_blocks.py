@@ -12,10 +12,12 @@ from workbench.control.structure.blocks import (
     low_pass_second,
     notch,
     pid,
+    pid_matrix,
     pid_two_degrees,
     washout,
 )
 from workbench.control.structure.space import expression, state_space, transfer_function
+from workbench.control.structure.structure import Structure
 from workbench.errors import InputError
 
 OMEGA = np.array([0.0, 0.03, 0.7, 1.9, 40.0])
@@ -42,6 +44,7 @@ def a_block_of_each_kind():
     return {
         "gain": gain(["y1", "y2"], ["u1", "u2", "u3"], rng.normal(size=(3, 2))),
         "pid": pid("e", "u", Kp=2, Ki=3, Kd=0.4, Tf=0.05),
+        "pid matrix": pid_matrix(["y1", "y2"], ["u1", "u2"], Kp=[[1, 2], [3, 4]], Ki=0.5, Kd=rng.normal(size=(2, 2))),
         "pid of two degrees": pid_two_degrees("r", "y", "u", Kp=2, Ki=3, Kd=0.4, Tf=0.05, b=0.7, c=0.2),
         "lead": lead_lag("e", "u", K=2, T_zero=0.3, T_pole=0.1),
         "low pass": low_pass("e", "u", tau=0.3),
@@ -178,3 +181,19 @@ def test_the_response_of_a_controller_is_its_limit_at_infinity_and_refused_at_a_
         alternating.response(math.pi / 0.1, 0.1)  # z = −1, although π is rounded
     half = Controller([[0.5]], [[1.0]], [[1.0]], [[0.0]])
     assert half.response(math.pi / 0.1, 0.1).item() == -2 / 3  # no imaginary dust
+
+
+def test_a_pid_matrix_is_the_matrix_of_pids_with_an_integrator_and_a_filter_for_each_error():
+    rng = np.random.default_rng(5)
+    P, I, D = rng.normal(size=(3, 2, 3))
+    block = pid_matrix(["e1", "e2", "e3"], ["u1", "u2"], Kp=P, Ki=I, Kd=D, Tf=0.3)
+    assert block.order == 6
+    s = 1j * np.array([0.01, 0.7, 20.0])[:, None, None]
+    found = block.matrices(block.start).response([0.01, 0.7, 20.0])
+    np.testing.assert_allclose(found, P + I / s + D * s / (0.3 * s + 1), rtol=1e-12)
+    assert not block.parameters[-1].free  # Tf, so that what is tuned enters linearly
+    unused = ["Ki_1_2", "Ki_2_2", *(f"Kd_{i}_{j}" for i in (1, 2) for j in (1, 2, 3))]
+    held = Structure(block).held(dict.fromkeys(unused, 0.0))
+    assert held.order == 2  # integrators of the first and the third error
+    with pytest.raises(InputError, match=r"gains and mask of shape \(2, 3\); got \(2,\)"):
+        pid_matrix(["e1", "e2", "e3"], ["u1", "u2"], Kp=[1, 2])

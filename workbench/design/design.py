@@ -36,6 +36,7 @@ BACK_OFFS = (
 STARTS = 16
 FEW = 4  # starts of the nonsmooth tuner
 SMOOTH, NONSMOOTH = ("slsqp", "ipopt"), "nonsmooth"
+RESTRICTED = ("slsqp", "restriction")  # of a controller affine in its parameters: least integrated error in limits
 # Reversing these leaves the yaw loop as it was and reverses what the lateral signals do to sway and roll. The roll
 # channel then carries them: on that side lie the best valleys of revenue_vehicle.
 MIRRORED = ("K_hp", "K_hpdot", "K_yddot", "K_ydot", "K_yaw")
@@ -85,7 +86,9 @@ def design(
     ----------
     starts : number of seeded starts (16 of a vehicle, 4 else), random around a centre; with `start` given, the first
         is those values
-    method : "slsqp", "ipopt" or "nonsmooth"; as the goals say if left out
+    method : "slsqp", "ipopt" or "nonsmooth"; as the goals say if left out. Where hard goals limit gains, the soft one
+        is an integrated error and the controller is affine in its free parameters: "slsqp" or "restriction", a sequence
+        of convex problems; both start within the limits and need no random starts
     workers : processes among which the starts are shared; a script that asks for more than one needs the usual
         `if __name__ == "__main__"`. The starts do not depend on it.
     on_start : called after each start, for progress
@@ -104,14 +107,18 @@ def design(
         If starts is not positive, nothing is free, or the problem cannot be designed.
     """
     how = method_of(problem, method)
-    count = (STARTS if how in SMOOTH else FEW) if starts is None else starts
+    own = how not in SMOOTH or not problem.flies
+    count = (FEW if own else STARTS) if starts is None else starts
     check_starts(count)
-    if how not in SMOOTH:
+    if own:
         from workbench.design.nonsmooth import nonsmooth_design
+        from workbench.design.restriction.design import restricted_design
 
         if models or near:
             raise InputError("models and near are for a vehicle's design. Give the problem several models instead.")
         options = {} if start is None else {"start": dict(start) if isinstance(start, Mapping) else start.as_dict()}
+        if how != NONSMOOTH:
+            return restricted_design(problem, how, seconds=seconds, on_start=on_start, **options)
         return nonsmooth_design(
             problem, starts=count, seed=seed, seconds=seconds, workers=workers, on_start=on_start, **options
         )
@@ -124,10 +131,14 @@ def method_of(problem: Problem, method: str | None = None) -> str:
     """The method asked for, or the one that the goals' way of steering asks for; refused where they do not fit."""
     corners = any(goal.corners for goal in problem.goals) or not problem.flies
     own = (NONSMOOTH,) if corners else SMOOTH
+    if not problem.flies:
+        from workbench.design.restriction.affine import suited
+
+        own = (*RESTRICTED, NONSMOOTH) if method in RESTRICTED or suited(problem) else own
     if method is None:
         return own[0]
-    if method not in (*SMOOTH, NONSMOOTH):
-        raise unknown_name("method", method, (*SMOOTH, NONSMOOTH))
+    if method not in (*SMOOTH, NONSMOOTH, *RESTRICTED):
+        raise unknown_name("method", method, (*SMOOTH, NONSMOOTH, RESTRICTED[1]))
     if method not in own:
         steered = "pieces with corners" if corners else "smooth rows"
         raise InputError(

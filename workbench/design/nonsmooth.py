@@ -9,16 +9,14 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from workbench.design.problem import Problem
-from workbench.design.record import DIGITS, Design, Start, given
+from workbench.design.record import Design, Start, printed
 from workbench.design.tuner.programme import Labelled
-from workbench.design.tuner.result import Tuning
 from workbench.design.tuner.tune import Progress, refuse_unmet, tune_labelled
 from workbench.errors import unknown_name
 from workbench.machine.budget import current
 
 SECONDS = 60.0  # of the search where nothing else is said
 SHARE = 0.7  # of a budget's rest, for the search
-FINER = (DIGITS, 9, 12, 17)  # significant digits: more where rounding crosses a limit
 AT_LIMIT = 1e-3  # relative distance within which a goal is called binding
 
 
@@ -30,7 +28,7 @@ def nonsmooth_design(
     left = current().remaining
     if seconds is None:
         seconds = SECONDS if math.isinf(left) else min(SECONDS, SHARE * left)
-    theta = None if start is None else _theta(problem, start)
+    theta = None if start is None else theta_of(problem, start)
     tuning = tune_labelled(
         [Labelled(m.name, m) for m in problem.systems], problem.structure, list(problem.goals), starts=starts,
         seed=seed, budget_seconds=seconds, workers=workers, start=theta, on_progress=_told(on_start), refuse=False,
@@ -40,29 +38,11 @@ def nonsmooth_design(
         for s in tuning.starts
     )
     refuse_unmet(tuning)
-    return _printed(problem, tuning, log, seed)
-
-
-def _printed(problem: Problem, tuning: Tuning, log: tuple[Start, ...], seed: int) -> Design:
-    """The parameters with as few digits as still meet every hard goal."""
-    bounds = problem.bounds
-    hard = {goal.name for goal in problem.goals if goal.hard}
     binding = [g.name for g in tuning.goals if g.hard and g.value >= 1 - AT_LIMIT]
-    for digits in FINER:
-        values = {name: _rounded(value, digits, bounds.get(name)) for name, value in tuning.values.items()}
-        design = given(problem, values, starts=log, binding=binding, seed=seed, solver="nonsmooth")
-        if all(v.met for v in design.verdicts if v.name in hard):
-            break
-    return design
+    return printed(problem, tuning.values, starts=log, binding=binding, seed=seed, solver="nonsmooth")
 
 
-def _rounded(value: float, digits: int, bounds: tuple[float, float] | None) -> float:
-    """A value to so many significant digits, within its bounds."""
-    short = float(f"{value:.{digits}g}")
-    return short if bounds is None else min(max(short, bounds[0]), bounds[1])
-
-
-def _theta(problem: Problem, start: Mapping[str, float]) -> np.ndarray:
+def theta_of(problem: Problem, start: Mapping[str, float]) -> np.ndarray:
     """Values by name as the structure's free parameters, those left out as in the structure."""
     known = problem.structure.values()
     for name in start:

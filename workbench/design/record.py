@@ -20,6 +20,7 @@ from workbench.goals.verdict import Verdict
 from workbench.result import Result, Row, plain
 
 DIGITS = 6  # significant digits of a parameter as printed; the rounded values are what is verified
+FINER = (DIGITS, 9, 12, 17)  # more where rounding crosses a limit
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
@@ -148,3 +149,23 @@ def given(
         problem=problem, values=whole, verdicts=judged, starts=tuple(starts), binding=tuple(binding), seed=seed,
         solver=solver, analysis=analysis,
     )  # fmt: skip
+
+
+def printed(
+    problem: Problem, values: Mapping[str, float], *, starts: Sequence[Start], binding: Sequence[str], seed: int,
+    solver: str,
+) -> Design:  # fmt: skip
+    """`given` of values with as few digits as still meet every hard goal; of a plant of one's own."""
+    hard, bounds = {goal.name for goal in problem.goals if goal.hard}, problem.bounds
+    for digits in FINER:
+        short = {name: _rounded(value, digits, bounds.get(name)) for name, value in values.items()}
+        design = given(problem, short, starts=starts, binding=binding, seed=seed, solver=solver)
+        if all(v.met for v in design.verdicts if v.name in hard):
+            break
+    return design
+
+
+def _rounded(value: float, digits: int, bounds: tuple[float, float] | None) -> float:
+    """A value to so many significant digits, within its bounds."""
+    short = float(f"{value:.{digits}g}")
+    return short if bounds is None else min(max(short, bounds[0]), bounds[1])

@@ -1,6 +1,7 @@
 """Ready-made controller blocks of classical shape: gains, PID, lead and lag, filters.
 
     gain F (matrix, sparsity mask)      PID  Kp + Ki/s + Kd s/(Tf s + 1), one or two degrees of freedom
+    pid_matrix  Kp, Ki, Kd matrices (sparsity mask)
     lead_lag  K (T_zero s + 1)/(T_pole s + 1)      low_pass, low_pass_second, notch, washout
 
 A number given for a parameter is its start; a `Parameter` given instead brings its own name, bounds and freedom. The
@@ -142,6 +143,52 @@ def _pid(kind, inputs, output, weights, starts, parts: str, name: str, more=Mapp
 
     idle = ((0, (parameters["Ki"].name,)), (1, (parameters["Kd"].name,)))
     return _block(kind, inputs, (output,), parameters, formula, {"parts": parts}, idle)
+
+
+def pid_matrix(
+    errors: str | Sequence[str], outputs: str | Sequence[str], *, Kp=0.0, Ki=0.0, Kd=0.0, Tf: Start = 0.01, mask=None,
+    name: str = "",
+) -> Block:  # fmt: skip
+    """A matrix of PID controllers, Kp + Ki/s + Kd s/(Tf s + 1), with one integrator and one filter for each error.
+
+    Kp, Ki, Kd : array_like (outputs, errors), or one number for every place; parameters "Kp_1_1" … by row and column
+    Tf : of every derivative; held unless a free Parameter is given
+    mask : array_like of bool (outputs, errors), optional: which places have a controller
+    """
+    errors, outputs = _names(errors), _names(outputs)
+    shape, stem = (len(outputs), len(errors)), f"{name}." if name else ""
+    try:
+        allowed = np.broadcast_to(True if mask is None else np.asarray(mask, bool), shape)
+        starts = {key: np.broadcast_to(np.asarray(v, float), shape) for key, v in (("Kp", Kp), ("Ki", Ki), ("Kd", Kd))}
+    except ValueError:
+        raise InputError(
+            f"a pid_matrix from {shape[1]} errors to {shape[0]} outputs must have gains and mask of shape {shape}; "
+            f"got {np.shape(Kp)}, {np.shape(Ki)}, {np.shape(Kd)} and {np.shape(mask)}."
+        ) from None
+    if not allowed.any():
+        raise InputError("a pid_matrix's mask must allow at least one place; got none.")
+    places = [(int(i), int(j)) for i, j in np.argwhere(allowed)]
+    slots = {(key, at): f"{key}_{at[0] + 1}_{at[1] + 1}" for key in starts for at in places}
+    parameters = {slot: Parameter(stem + slot, starts[key][at]) for (key, at), slot in slots.items()}
+    if not isinstance(Tf, Parameter):
+        Tf = replace(_positive("Tf", Tf, name, "s"), free=False)
+    parameters["Tf"] = _positive("Tf", Tf, name, "s")
+
+    def formula(*values):
+        P, I, D = ca.SX(*shape), ca.SX(*shape), ca.SX(*shape)
+        for ((key, at), _), value in zip(slots.items(), values[:-1], strict=True):
+            {"Kp": P, "Ki": I, "Kd": D}[key][at] = value
+        rate, one = 1 / values[-1], ca.SX.eye(shape[1])
+        A = ca.diagcat(ca.SX(shape[1], shape[1]), -rate * one)
+        return A, ca.vertcat(one, rate * one), ca.horzcat(I, -rate * D), P + rate * D
+
+    idle = tuple(
+        (k * shape[1] + j, tuple(stem + slot for (own, at), slot in slots.items() if own == key and at[1] == j))
+        for k, key in enumerate(("Ki", "Kd"))
+        for j in range(shape[1])
+    )
+    options = {} if allowed.all() else {"mask": allowed}
+    return _block("pid_matrix", errors, outputs, parameters, formula, options, idle)
 
 
 def lead_lag(

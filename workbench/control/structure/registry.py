@@ -7,6 +7,7 @@ A slot is what a parameter is called in the formula of its kind ("Kp", "K_1_2");
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -107,14 +108,15 @@ def _scalar(maker: Callable[..., Block], *options: str, reads: int = 1) -> Block
     return BlockKind(make, options, (reads, 1))
 
 
-def _gain(inputs, outputs, options, starts, name) -> Block:
+def _masked(maker: Callable[..., Block], inputs, outputs, options, starts, name) -> Block:
     mask = options.get("mask", [[1] * len(inputs)] * len(outputs))
     rows = mask if isinstance(mask, Sequence) and all(isinstance(row, list) for row in mask) else [[mask]]
     if any(entry not in (0, 1) for row in rows for entry in row) or {len(r) for r in rows} != {len(inputs)}:
         raise InputError(
-            f"a gain's mask must have {len(outputs)} rows of {len(inputs)} entries 0 or 1; got {str(mask)[:60]}."
+            f"{maker.__name__}'s mask must have {len(outputs)} rows of {len(inputs)} entries 0 or 1; "
+            f"got {str(mask)[:60]}."
         )
-    return blocks.gain(inputs, outputs, mask=rows, name=name)
+    return maker(inputs, outputs, mask=rows, name=name)
 
 
 def _state_space(inputs, outputs, options, starts, name) -> Block:
@@ -181,7 +183,8 @@ def _sample_time(options: Mapping[str, Plain]) -> float | None:
 
 
 BLOCKS: dict[str, BlockKind] = {
-    "gain": BlockKind(_gain, ("mask",), None),
+    "gain": BlockKind(partial(_masked, blocks.gain), ("mask",), None),
+    "pid_matrix": BlockKind(partial(_masked, blocks.pid_matrix), ("mask",), None),
     "pid": _scalar(blocks.pid, "parts"),
     "pid_two_degrees": _scalar(blocks.pid_two_degrees, "parts", reads=2),
     "lead_lag": _scalar(blocks.lead_lag),

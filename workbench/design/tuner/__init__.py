@@ -13,6 +13,7 @@ from workbench.control.structure.blocks import (
     low_pass_second,
     notch,
     pid,
+    pid_matrix,
     pid_two_degrees,
     washout,
 )
@@ -45,6 +46,6 @@ __all__ = [
     "Passivity", "Poles", "Progress", "Rejection", "RmsLimit", "RobustTuning", "Sensitivity", "Spectrum", "Stabilised",
     "StaticFeedback", "StepRejection", "StepTracking", "Structure", "Tracking", "Transient", "Tuning", "Value",
     "Variance", "WeightedGain", "WeightedPassivity", "WeightedVariance", "expression", "gain", "lead_lag", "low_pass",
-    "low_pass_second", "minimise", "modal_law", "notch", "pid", "pid_two_degrees", "stabilise", "state_space",
-    "static_feedback", "tf", "transfer_function", "tune", "tune_robust", "washout",
+    "low_pass_second", "minimise", "modal_law", "notch", "pid", "pid_matrix", "pid_two_degrees", "stabilise",
+    "state_space", "static_feedback", "tf", "transfer_function", "tune", "tune_robust", "washout",
 ]  # fmt: skip

@@ -5,6 +5,7 @@
 
     gain            K, or K_row_column where a mask allows
     pid             Kp + Ki/s + Kd s/(Tf s + 1)             pid_two_degrees   Kp(b r − y) + Ki/s (r − y) + …(c r − y)
+    pid_matrix      Kp_row_column, Ki, Kd of each place a mask allows, one integrator and one filter Tf for each input
     lead_lag        K (T_zero s + 1)/(T_pole s + 1)         low_pass          1/(tau s + 1)
     low_pass_second ω²/(s² + 2ζωs + ω²)                     washout           tau s/(tau s + 1)
     notch           (s² + 2ζ_z ω s + ω²)/(s² + 2ζ_p ω s + ω²)
@@ -115,14 +116,42 @@ TERMS: dict[str, tuple[tuple[str, ...], tuple[str, ...], int, Callable[[Numbers]
 }
 
 
-def _gain(block: Block, options: dict[str, Any]) -> Matrices:
+def _allowed(block: Block, options: dict[str, Any]) -> list[list[bool]]:
+    """Which places of a matrix from the inputs to the outputs a mask leaves."""
     _known(block, options, ("mask",))
     nu, ny = len(block.outputs), len(block.inputs)
-    mask = options.get("mask")
-    allowed = [[True] * ny for _ in range(nu)]
-    if mask is not None:
-        rows = entries_of(mask, "mask", nu, nu)
-        allowed = [[bool(x) for x in entries_of(row, "mask", ny, ny)] for row in rows]
+    if options.get("mask") is None:
+        return [[True] * ny for _ in range(nu)]
+    rows = entries_of(options["mask"], "mask", nu, nu)
+    return [[bool(x) for x in entries_of(row, "mask", ny, ny)] for row in rows]
+
+
+def _pid_matrix(block: Block, options: dict[str, Any]) -> Matrices:
+    """x' = e, f' = (e − f)/Tf, u = Kp e + Ki x + Kd (e − f)/Tf; of each input what some output takes."""
+    nu, ny, k = len(block.outputs), len(block.inputs), block.parameters
+    allowed = _allowed(block, options)
+    if k.get("Tf", ONE) <= 0:
+        raise TableError("Tf of a pid_matrix must be positive; the table's is not. Mend it.")
+    places = [(i, j) for i in range(nu) for j in range(ny) if allowed[i][j]]
+    _slots(block, [*(f"{key}_{i + 1}_{j + 1}" for key in ("Kp", "Ki", "Kd") for i, j in places), "Tf"])
+    P, I, D = (
+        [[k[f"{key}_{i + 1}_{j + 1}"] if allowed[i][j] else ZERO for j in range(ny)] for i in range(nu)]
+        for key in ("Kp", "Ki", "Kd")
+    )
+    own = [(M, j) for M in (I, D) for j in range(ny) if any(row[j] != 0 for row in M)]
+    A, B, C = zeros(len(own), len(own)), zeros(len(own), ny), zeros(nu, len(own))
+    for at, (M, j) in enumerate(own):
+        rate = ONE if M is I else 1 / k["Tf"]
+        B[at, j] = rate
+        if M is D:
+            A[at, at] = -rate
+        for i in range(nu):
+            C[i, at] = M[i][j] if M is I else -rate * M[i][j]
+    return A, B, C, matrix([[P[i][j] + D[i][j] / k["Tf"] for j in range(ny)] for i in range(nu)])
+
+
+def _gain(block: Block, options: dict[str, Any]) -> Matrices:
+    nu, ny, allowed = len(block.outputs), len(block.inputs), _allowed(block, options)
     slot = (lambda i, j: "K") if (nu, ny) == (1, 1) else (lambda i, j: f"K_{i + 1}_{j + 1}")
     _slots(block, [slot(i, j) for i in range(nu) for j in range(ny) if allowed[i][j]])
     D = [[block.parameters[slot(i, j)] if allowed[i][j] else ZERO for j in range(ny)] for i in range(nu)]
@@ -178,7 +207,8 @@ def _modal_law(block: Block, options: dict[str, Any]) -> Matrices:
 
 
 WHOLE: dict[str, Callable[[Block, dict[str, Any]], Matrices]] = {
-    "gain": _gain, "state_space": _state_space, "transfer_function": _transfer_function, "modal_law": _modal_law,
+    "gain": _gain, "pid_matrix": _pid_matrix, "state_space": _state_space, "transfer_function": _transfer_function,
+    "modal_law": _modal_law,
 }  # fmt: skip
 
 
