@@ -28,9 +28,10 @@ from workbench.errors import InputError
 from workbench.goals.ride.requirement import boxed
 from workbench.handover.report.report import report_html
 from workbench.handover.report.schedule import with_schedule
+from workbench.handover.table.plant import PlantTable
 from workbench.handover.table.promise import certified
 from workbench.handover.table.schema import SchedulePart
-from workbench.handover.table.table import GainTable, PlantTable, signed, table_from_design, table_json, table_of
+from workbench.handover.table.table import GainTable, signed, table_from_design, table_json, table_of
 from workbench.machine.budget import NEVER, Deadline, keeping
 from workbench.machine.interrupts import received
 from workbench.machine.supervision import attempted, finishing
