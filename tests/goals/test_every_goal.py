@@ -11,12 +11,20 @@ from workbench.analysis.analysis import analyse
 from workbench.design.steering import Programme
 from workbench.errors import InputError
 from workbench.files.problem import load_problem
-from workbench.goals.goal import Closed, Steered
+from workbench.goals.goal import Closed, Goal, Steered
 from workbench.goals.integrated_error import IntegratedError
+from workbench.goals.key import Key
 from workbench.goals.registry import data_of, goal, keys_of, known, register
 from workbench.goals.ride.cost import RideCost
 from workbench.goals.ride.flown import Flown
-from workbench.goals.ride.requirement import limit_keys, moves_sideways, required_kinds, requirement, requirement_of
+from workbench.goals.ride.requirement import (
+    Requirement,
+    limit_keys,
+    moves_sideways,
+    required_kinds,
+    requirement,
+    requirement_of,
+)
 
 # the integrated error has a value only where T(0) = 0 (tests/goals/test_integrated_error.py): here its data and slopes
 EVERY = [*EXAMPLES, IntegratedError("u3", "y3", limit=2.0)]
@@ -218,3 +226,31 @@ def test_a_goal_changed_by_replace_asks_for_the_same():
 def test_every_kind_says_what_it_asks(kind):
     first = (known()[kind].__doc__ or "").strip().split("\n")[0]
     assert len(first) > 20, f"{kind} has no line for the guide's reference page"
+
+
+@pytest.mark.parametrize(
+    ("defined", "lacking"),
+    [
+        ({}, r"must define steer\(\), found\(\), one key"),
+        ({"steer": lambda self, point: []}, r"must define found\(\), one key"),
+        ({"found": lambda self, loop: []}, r"must define steer\(\), one key"),
+        (
+            {"found": lambda self, loop: [], "steer": lambda self, point: []} | {"keys": (Key("a"), Key("b"))},
+            "must define one key",
+        ),
+        (
+            {"found": lambda self, loop: [], "steer": lambda self, point: []}
+            | {"keys": (Key("decay_rate_at_least_per_s"),)},
+            "is that of 'decay rate'",
+        ),
+    ],
+)
+def test_a_requirement_that_would_not_be_looked_at_is_refused(defined, lacking):
+    with pytest.raises(InputError, match=lacking):
+        register(type("Half", (Requirement,), {"kind": "half of one", **defined}))
+    assert "half of one" not in known()
+
+
+def test_a_goal_without_a_measure_is_refused():
+    with pytest.raises(InputError, match=r"must define bind\(\), or steer\(\) and judge\(\)"):
+        register(type("Empty", (Goal,), {"kind": "empty"}))

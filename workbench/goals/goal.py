@@ -211,6 +211,12 @@ class Goal:
         return (*(Key(name) for name in ("inputs", "outputs", "points") if name in own), *cls.keys, *COMMON)
 
     @classmethod
+    def check_class(cls) -> None:
+        """Refuses a class that could not be steered or judged."""
+        if cls.bind is Goal.bind and (cls.steer is Goal.steer or cls.judge is Goal.judge):
+            raise InputError(f"{cls.__name__} must define bind(), or steer() and judge(). Add them.")
+
+    @classmethod
     def of_kind(cls, kind: str, values: dict[str, Any]) -> "Goal":
         """The goal with given fields."""
         return cls(**values)

@@ -20,8 +20,10 @@ G = TypeVar("G", bound=type[Goal])
 def register(cls: G) -> G:
     """Makes a class of goals known under its kind, or under each of its kinds; returns the class.
 
-    Raises InputError for a kind or a key of [requirements] that is taken by another class.
+    Raises InputError for a kind or a key of [requirements] that is another's, and for a class that does not say how to
+    steer or to judge: nothing is asked for that would not be looked at.
     """
+    cls.check_class()
     kinds = cls.all_kinds()
     if not all(kinds):
         raise InputError(f"{cls.__name__} must name its kind; got none. Set the class attribute `kind`.")

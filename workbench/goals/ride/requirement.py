@@ -110,6 +110,22 @@ class Requirement(Goal):
         return (cls.places[kind].key,) if cls.places else cls.keys
 
     @classmethod
+    def check_class(cls) -> None:
+        lacks = [] if cls.steer is not Requirement.steer else ["steer()"]
+        lacks += ["found()"] if cls.found is Requirement.found and cls.judge is Requirement.judge else []
+        keys = [cls.all_keys(kind) for kind in cls.all_kinds()]
+        lacks += ["one key of data files for each of its kinds"] if any(len(own) != 1 for own in keys) else []
+        if lacks:
+            raise InputError(f"{cls.__name__} must define {', '.join(lacks)}; it does not. Add what is missing.")
+        others = limit_keys(k for k in required_kinds() if k not in cls.all_kinds())
+        for name in (own[0].name for own in keys):
+            if name in others:
+                raise InputError(
+                    f"requirements must have distinct keys; {name!r} of {cls.__name__} is that of {others[name]!r}. "
+                    "Choose another."
+                )
+
+    @classmethod
     def of_kind(cls, kind: str, values: Mapping[str, Any]) -> "Requirement":
         return cls(**values, name=kind)
 
