@@ -66,7 +66,7 @@ class LoopPoles(Result):
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
 class PlantAnalysis(Result):
-    """The loops of a problem at given values; `margins` is None where a loop is unstable."""
+    """The loops of a problem at given values; `margins` is None where a loop is unstable or nobody asked for them."""
 
     design: Design
     loops: tuple[LoopPoles, ...]
@@ -108,8 +108,12 @@ class PlantAnalysis(Result):
         return out + ([] if self.margins is None else [("Margins, one signal broken at a time", *self.margins.table())])
 
 
-def plant_analysis(problem: Problem, values: Mapping[str, float] | None = None) -> PlantAnalysis:
+def plant_analysis(
+    problem: Problem, values: Mapping[str, float] | None = None, *, margins: bool = True
+) -> PlantAnalysis:
     """The loops at values of the parameters; the approved ones, or else the structure's own, where some are left out.
+
+    margins : whether to look for them, which takes longer than all the rest
 
     Raises
     ------
@@ -119,15 +123,15 @@ def plant_analysis(problem: Problem, values: Mapping[str, float] | None = None) 
     start = problem.approved if isinstance(problem.approved, Mapping) else {}
     with one_thread():
         found = given(problem, {**start, **(values or {})})
-        return analysis_of(found)
+        return analysis_of(found, margins=margins)
 
 
-def analysis_of(design: Design) -> PlantAnalysis:
+def analysis_of(design: Design, *, margins: bool = True) -> PlantAnalysis:
     """The same of a design."""
     loops, K = design.problem.loops, design.structure.controller()
     poles = tuple(loop_poles(loop, K) for loop in loops)
-    stable = all(loop.stable for loop in poles)
-    return PlantAnalysis(design=design, loops=poles, margins=loop_margins(loops, K) if stable else None)
+    asked = margins and all(loop.stable for loop in poles)
+    return PlantAnalysis(design=design, loops=poles, margins=loop_margins(loops, K) if asked else None)
 
 
 def loop_poles(loop: Loop, K: Controller) -> LoopPoles:

@@ -152,13 +152,24 @@ def read_values(path: Path, structure: Structure) -> dict[str, float]:
     InputError
         For a table of another structure, a name that is no parameter, or a value that is no number.
     """
+    values = named_values(path)
+    try:
+        for name in values:
+            structure.parameter(name)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error
+    missing = [p.name for p in structure.parameters if p.name not in values]
+    if missing and "format" in read_mapping(path):
+        raise InputError(f"{path} must be a table of this structure; it lacks the parameter {missing[0]!r}.")
+    return values
+
+
+def named_values(path: Path) -> dict[str, float]:
+    """Name to number of what `read_values` reads, whatever structure it belongs to."""
     mapping = read_mapping(path)
     if "format" in mapping or "digest" in mapping:
         check_digest(mapping, path)
         found = _of_table(mapping, path)
-        missing = [p.name for p in structure.parameters if p.name not in found]
-        if missing:
-            raise InputError(f"{path} must be a table of this structure; it lacks the parameter {missing[0]!r}.")
     else:
         found = mapping.get("values", mapping)
     if not isinstance(found, dict):
@@ -166,14 +177,11 @@ def read_values(path: Path, structure: Structure) -> dict[str, float]:
     values = {}
     for name, value in found.items():
         try:
-            structure.parameter(str(name))
-            values[name] = float(value) if not isinstance(value, bool) else math.nan
-        except InputError as error:
-            raise InputError(f"{path}: {error}") from error
+            values[str(name)] = float(value) if not isinstance(value, bool) else math.nan
         except (TypeError, ValueError):
-            values[name] = math.nan
-        if not math.isfinite(values[name]):
-            raise InputError(f"{path} must give a number for {name!r}; got {str(value)[:40]!r}.")
+            values[str(name)] = math.nan
+        if not math.isfinite(values[str(name)]):
+            raise InputError(f"{path} must give a number for {str(name)[:60]!r}; got {str(value)[:40]!r}.")
     return values
 
 

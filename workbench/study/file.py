@@ -8,8 +8,10 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
+from workbench.control.schedule import Schedule
 from workbench.errors import InputError, unknown_name
 from workbench.files.block import Finite, Positive
+from workbench.files.own_plant import is_own, named_values
 from workbench.files.problem import read_gains, read_schedule, shipped_problems
 from workbench.goals.ride.requirement import limit_keys, requirement_of
 from workbench.machine.reading import read_mapping
@@ -152,11 +154,10 @@ def read_study(path: Path) -> Study:
         raise InputError(f"{path} must not be nested deeply; keep to the tables of a study.") from error
     s = file.study
     table = None if s.gains is None else _beside(path, s.gains)
-    gains = None if table is None else read_gains(table).as_dict()
-    schedule = None if table is None else read_schedule(table)
     problem = s.problem if s.problem in shipped_problems() else str(_beside(path, s.problem))
     if not Path(problem).exists():
         problem = s.problem  # whoever loads it refuses it by the name that was given
+    gains, schedule = (None, None) if table is None else _given(table, problem)
     try:
         return Study(
             problem=problem, task=s.task, sampling=s.sampling, count=s.count, seed=s.seed, gains=gains,
@@ -167,6 +168,14 @@ def read_study(path: Path) -> Study:
         )  # fmt: skip
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
+
+
+def _given(table: Path, problem: str) -> tuple[dict[str, float], Schedule | None]:
+    """The gains in a file and their schedule; of a plant of one's own, values of its parameters."""
+    data = shipped_problems().get(problem, Path(problem)) / "data.toml"
+    if data.is_file() and is_own(read_mapping(data)):
+        return named_values(table), None
+    return read_gains(table).as_dict(), read_schedule(table)
 
 
 def _beside(path: Path, name: str) -> Path:

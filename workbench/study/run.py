@@ -9,6 +9,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 from time import perf_counter
@@ -28,6 +29,7 @@ from workbench.study.executor import local, serial
 from workbench.study.folder import hashes, workbench_sha256
 from workbench.study.given import Given
 from workbench.study.pareto import limits_by_row, nondominated, objectives, plan, swept
+from workbench.study.plant import PlantStudy, PlantTask
 from workbench.study.quantity import document_of, limited, limits_of, required, usual, value_at
 from workbench.study.sampling import sample
 from workbench.study.sensitivity import Index, indices
@@ -142,25 +144,18 @@ def _run(
     begun = perf_counter()
     source = Source.of(study.problem, trust=trust)
     problem = source.problem()
-    for p in study.parameters:
-        if p.kind == "data":
-            source.check(p.name)
-    quantities = study.quantities or usual(problem, study.task)
-    if study.task == "pareto":
-        more = [*usual(problem, "design"), *(q for name, _ in plan(study) for q in limited(problem, name))]
-        quantities = tuple(dict.fromkeys([*quantities, *more]))
-    if not study.limits:
-        quantities = (*quantities, *(q for q in required(problem) if q not in quantities))
+    plant = None if problem.flies else PlantStudy(study, source, problem)
+    if plant is None:
+        quantities, limits, gains, more = _vehicle(study, source, problem)
+    else:
+        plant.check()
+        quantities, gains = plant.quantities(), plant.values()
+        limits, more = _limits(study, plant.limits(), quantities), {"gains": gains, "schedule": None}
+        plant.check_quantities(quantities)
     _check_memory(study, quantities)
-    given = Given.of(study, source, problem)
-    gains = None if given.gains is None else dict(given.at(problem.setting.speed))
-    if study.task == "analyse" and gains is None:
-        raise InputError(f'problem {source.name!r} has no approved gains; name some in the study with gains = "FILE".')
-    _check_quantities(problem, gains, quantities)
-    limits = _limits(study, problem, quantities)
     identity = {
         "definition": plain(study.definition()), "problem": source.name, "data_sha256": source.sha256,
-        "problem_files": hashes(source.files), **given.identity(), "quantities": list(quantities),
+        "problem_files": hashes(source.files), **more, "quantities": list(quantities),
         "versions": {name: version(name) for name in PACKAGES}, "workbench_sha256": workbench_sha256(),
     }  # fmt: skip
     table = folder / ("table.csv" if study.output == "csv" else "table.parquet")
@@ -179,7 +174,8 @@ def _run(
             work = swept(study, problem, gains, quantities, kept)
         else:
             samples = sample(study)
-            work = _work(study, source, quantities, samples, pieces, size, workers, scheduler)
+            make = partial(Task.of, study, source) if plant is None else plant.task
+            work = _work(study, make, quantities, samples, pieces, size, workers, scheduler)
         for piece in work:
             store.add(piece)
             pieces.append(piece)
@@ -201,12 +197,32 @@ def _run(
     return result
 
 
-def _work(study: Study, source: Source, quantities, samples, pieces: list[Piece], size, workers: int, scheduler):
+def _vehicle(study: Study, source: Source, problem):
+    """Quantities, limits, gains and their identity of a study of a vehicle."""
+    for p in study.parameters:
+        if p.kind == "data":
+            source.check(p.name)
+    quantities = study.quantities or usual(problem, study.task)
+    if study.task == "pareto":
+        more = [*usual(problem, "design"), *(q for name, _ in plan(study) for q in limited(problem, name))]
+        quantities = tuple(dict.fromkeys([*quantities, *more]))
+    if not study.limits:
+        quantities = (*quantities, *(q for q in required(problem) if q not in quantities))
+    given = Given.of(study, source, problem)
+    gains = None if given.gains is None else dict(given.at(problem.setting.speed))
+    if study.task == "analyse" and gains is None:
+        raise InputError(f'problem {source.name!r} has no approved gains; name some in the study with gains = "FILE".')
+    _check_quantities(problem, gains, quantities)
+    return quantities, _limits(study, limits_of(problem), quantities), gains, given.identity()
+
+
+def _work(study: Study, make: Callable[..., Task | PlantTask], quantities, samples, pieces: list[Piece], size,
+          workers: int, scheduler):  # fmt: skip
     """The pieces that are missing, from whoever computes them."""
     held = [(p.first, p.first + len(p.values)) for p in pieces]
     if not missing(len(samples), held, 1, 1):
         return iter(())
-    task = Task.of(study, source, quantities, samples)
+    task = make(quantities, samples)
     wanted = size or PIECE["batch" if task.batched else study.task]
     ranges = missing(len(samples), held, math.ceil(wanted / task.block) * task.block, task.block)
     if scheduler is not None:
@@ -259,12 +275,12 @@ def _check_quantities(problem, gains, quantities) -> None:
         value_at(document, name)
 
 
-def _limits(study: Study, problem, quantities) -> tuple[Limit, ...]:
-    """The study's limits, or all of the problem's requirements."""
+def _limits(study: Study, required: tuple[Limit, ...], quantities) -> tuple[Limit, ...]:
+    """The study's limits, or all that the problem requires."""
     for limit in study.limits:
         if limit.quantity not in quantities:
             raise InputError(
                 f"a limit needs a recorded quantity; {limit.quantity!r} is not one of {', '.join(quantities[:20])}. "
                 "Add it to quantities."
             )
-    return study.limits or limits_of(problem)
+    return study.limits or required

@@ -7,7 +7,7 @@ import shutil
 import tempfile
 import tomllib
 import weakref
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from difflib import get_close_matches
 from functools import cached_property
@@ -18,6 +18,7 @@ from workbench.control import Gains
 from workbench.control.schedule import Schedule
 from workbench.design.problem import Problem
 from workbench.errors import InputError
+from workbench.files.own_plant import OwnData, is_own, own_problem_data
 from workbench.files.problem import (
     ProblemData,
     builder,
@@ -27,8 +28,11 @@ from workbench.files.problem import (
     read_schedule,
     shipped_problems,
 )
+from workbench.files.problem_code import maker
 from workbench.machine.reading import read_text
 from workbench.study.folder import check_trusted, own_files
+
+FACTOR = "factor."  # before the path of a number: its value is multiplied
 
 
 @dataclass(frozen=True)
@@ -57,7 +61,7 @@ class Source:
             check_trusted(folder)
         problem = load_problem(name)  # refuses what cannot be used, in its own words
         approved = folder / "approved.json"
-        there = approved.is_file()
+        there = approved.is_file() and problem.flies
         return cls(
             name=problem.name, data=read_text(folder / "data.toml"), files=own_files(folder),
             sha256=problem.data_sha256, approved=read_gains(approved).as_dict() if there else None,
@@ -79,7 +83,7 @@ class Source:
         """What problem.py makes of data: in its own folder if that is as it was, else in one made of the contents."""
         own = Path(self.folder)
         if (own / "data.toml").is_file() and own_files(own) == self.files:
-            return builder(own)
+            return self._builder(own)
         place = tempfile.mkdtemp(prefix="workbench-study-")
         weakref.finalize(self, shutil.rmtree, place, ignore_errors=True)  # problem.py may read as long as it builds
         folder = Path(place) / self.name
@@ -87,7 +91,13 @@ class Source:
         for name, content in self.files.items():
             (folder / name).parent.mkdir(parents=True, exist_ok=True)
             (folder / name).write_bytes(content)
-        return builder(folder)
+        return self._builder(folder)
+
+    def _builder(self, folder: Path):
+        if not is_own(self._mapping):
+            return builder(folder)
+        make = maker(folder, OwnData.build, "design.Problem")
+        return lambda mapping: make(own_problem_data(folder, mapping))
 
     def numbers(self) -> dict[str, float]:
         """Dotted path to value of every number in the data."""
@@ -104,15 +114,19 @@ class Source:
         walk(self._mapping, "")
         return out
 
-    def check(self, path: str) -> None:
-        """Refuses a path that is no number of the data, with the nearest one that is."""
+    def check(self, path: str, own: Sequence[str] = ()) -> None:
+        """Refuses a path that is no number of the data, with the nearest one that is.
+
+        own : of a plant of one's own, its structure's parameters
+        """
         known = self.numbers()
         if path not in known:
-            near = get_close_matches(path, known, n=1, cutoff=0.4)
+            near = get_close_matches(path, [*own, *known], n=1, cutoff=0.4)
             hint = f"did you mean {near[0]!r}? " if near else ""
+            vehicle = "the seventeen gains, a factor (mass, inertia.pitch, gap_force, sensor_scale, …), speed"
+            what = f"the structure's ({', '.join(own)})" if own else vehicle
             raise InputError(
-                f"unknown parameter {path[:80]!r}; {hint}A parameter is one of the seventeen gains, a factor "
-                f"(mass, inertia.pitch, current_force, gap_force, sensor_scale, …), speed, or a number of "
+                f"unknown parameter {path[:80]!r}; {hint}A parameter is one of {what}, or a number of "
                 f"{self.name}'s data."
             )
 
@@ -127,14 +141,18 @@ class Source:
 
     def _problem(self, changes: Mapping[str, float], speed: float | None) -> Problem:
         mapping = tomllib.loads(self.data)
-        for path, value in changes.items():
+        for name, value in changes.items():
+            path = name.removeprefix(FACTOR)
             self.check(path)
             *way, last = path.split(".")
             at: Any = mapping
             for step in way:
                 at = at[int(step)] if isinstance(at, list) else at[step]
             place = int(last) if isinstance(at, list) else last
+            value = value * at[place] if path != name else value
             at[place] = int(value) if isinstance(at[place], int) and float(value).is_integer() else float(value)
+        if is_own(mapping):
+            return self._build(mapping)
         approved = None if self.approved is None else Gains.from_mapping(self.approved)
         data = ProblemData(parse_problem(mapping, f"{self.name}'s data"), self.name, self.sha256, approved)
         problem = self._build(data if speed is None else data.at_speed(speed))

@@ -1,0 +1,145 @@
+"""A study of a plant of one's own: parameters of its structure and numbers of its data, verdicts as quantities.
+
+    Study, Source --PlantTask--> rows: problem with the row's data, values with the row's parameters --> analysis
+    "Kp" a parameter of the structure;  "model.0.A.0.0" a number of the data;  "factor.model.0.A.0.0" times its value
+
+Quantities are dotted paths in the JSON of `workbench analyse`, and "goals.<name>" the value of a verdict, a dot of the
+name written as "_".
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from workbench.design.design import design
+from workbench.design.plant_analysis import plant_analysis
+from workbench.design.problem import Problem
+from workbench.design.record import given
+from workbench.errors import BudgetEnded, InfeasibleError, InputError
+from workbench.machine.threads import one_thread
+from workbench.study.definition import Limit, Study
+from workbench.study.quantity import value_at
+from workbench.study.source import FACTOR, Source
+
+OF_STABLE = ("peak_sensitivity", "margins")  # what only stable loops have: no value elsewhere
+ALWAYS = ("stable", "damping", "decay", "peak_sensitivity")
+
+
+@dataclass
+class PlantTask:
+    """What a study of a plant computes and from what; rows are computed one by one.
+
+    values : of the structure's parameters at the middle of the study
+    """
+
+    study: Study
+    source: Source
+    quantities: tuple[str, ...]
+    values: dict[str, float]
+    samples: np.ndarray
+    batched: bool = False
+    block: int = 1
+
+    def rows(self, first: int, last: int) -> list[list[Any]]:
+        """Rows first … last − 1: quantities in order, then why there are none."""
+        with one_thread():
+            return [self._row(row) for row in range(first, last)]
+
+    def _row(self, row: int) -> list[Any]:
+        try:
+            document = self._document(row)
+            return [*(_number(value_at(document, q)) for q in self.quantities), ""]
+        except BudgetEnded:  # of the whole study, not of this row
+            raise
+        except (InputError, InfeasibleError, np.linalg.LinAlgError) as error:
+            return [*(None for _ in self.quantities), " ".join(str(error).split())]
+
+    def _document(self, row: int) -> dict[str, Any]:
+        own, changes = {}, {}
+        for p, value in zip(self.study.parameters, map(float, self.samples[row]), strict=True):
+            (own if p.name in self.values else changes)[p.name] = value
+        problem = self.source.problem(changes)
+        if self.study.task == "analyse":
+            return document_of(problem, {**self.values, **own}, self.quantities)
+        found = design(problem.with_fixed(own), starts=max(self.study.starts, 1), seed=self.study.seed)
+        return document_of(problem, dict(found.values), self.quantities)
+
+
+@dataclass(frozen=True)
+class PlantStudy:
+    """What a study of a plant asks of its problem."""
+
+    study: Study
+    source: Source
+    problem: Problem
+
+    def check(self) -> None:
+        """Refuses tasks and parameters that a plant does not have."""
+        if self.study.task == "pareto":
+            raise InputError(
+                f"task 'pareto' sweeps a vehicle's requirements; {self.source.name!r} controls a plant of its own. "
+                "Take task 'design' with the limit among the parameters."
+            )
+        for p in self.study.parameters:
+            if p.name not in self.values():
+                self.source.check(p.name.removeprefix(FACTOR), tuple(self.values()))
+        for name in self.study.gains or {}:
+            self.problem.structure.parameter(name)
+
+    def values(self) -> dict[str, float]:
+        """Of every parameter: the study's, the approved, the structure's own."""
+        approved = self.problem.approved if isinstance(self.problem.approved, dict) else {}
+        return {**self.problem.structure.values(), **approved, **(self.study.gains or {})}
+
+    def quantities(self) -> tuple[str, ...]:
+        """Those asked for, or the usual ones; and what the hard goals limit where the study has no limits."""
+        goals = tuple(self._goals())
+        asked = self.study.quantities or (*ALWAYS, *goals)
+        if self.study.task == "design" and not self.study.quantities:
+            asked = (*asked, *(f"values.{name}" for name in self.values()))
+        return asked if self.study.limits else (*asked, *(limit.quantity for limit in self.limits()
+                                                          if limit.quantity not in asked))  # fmt: skip
+
+    def limits(self) -> tuple[Limit, ...]:
+        """The hard goals."""
+        return tuple(
+            Limit(quantity=quantity, sense=v.sense, value=v.limit)
+            for quantity, (hard, v) in self._goals().items() if hard
+        )  # fmt: skip
+
+    def check_quantities(self, quantities: Sequence[str]) -> None:
+        """Refuses quantities that no row could have."""
+        document = document_of(self.problem, self.values(), quantities)
+        for name in quantities:
+            value_at(document, name)
+
+    def task(self, quantities: Sequence[str], samples: np.ndarray) -> PlantTask:
+        """The work."""
+        return PlantTask(self.study, self.source, tuple(quantities), self.values(), samples)
+
+    def _goals(self):
+        """Quantity to whether its goal is hard, and its verdict at the middle of the study."""
+        hard = {goal.name: goal.hard for goal in self.problem.goals}
+        judged = given(self.problem, self.values()).verdicts
+        return {_path(v.name): (hard.get(v.name, True), v) for v in judged}
+
+
+def document_of(problem: Problem, values: dict[str, float], quantities: Sequence[str]) -> dict[str, Any]:
+    """The JSON of an analysis with "goals" beside it; margins only where a quantity needs them."""
+    needed = any(q.partition(".")[0] in OF_STABLE for q in quantities)
+    found = plant_analysis(problem, values, margins=needed)
+    document = found.to_dict()
+    document["goals"] = {_path(v.name).removeprefix("goals."): v.value for v in found.design.verdicts}
+    return {**(dict.fromkeys(OF_STABLE) if needed else {}), **document}
+
+
+def _path(name: str) -> str:
+    return f"goals.{name.replace('.', '_')}"
+
+
+def _number(value: float | bool | None) -> float | bool | None:
+    if value is None or isinstance(value, bool):
+        return value
+    return None if np.isnan(value) else float(value)
