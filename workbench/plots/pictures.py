@@ -14,7 +14,8 @@ from workbench.plots.spectra import plot_acceleration, plot_current, plot_gap
 from workbench.plots.tradeoff import plot_tradeoff
 
 __all__ = [
-    "plot_acceleration", "plot_acceleration_psd", "plot_authority", "plot_coefficient", "plot_current", "plot_design", "plot_drag",
+    "plot_acceleration", "plot_acceleration_psd", "plot_authority", "plot_coefficient", "plot_current", "plot_design",
+    "plot_drag",
     "plot_efficiency", "plot_figure", "plot_gap", "plot_goals", "plot_lift", "plot_locus", "plot_margins_over_speed",
     "plot_nyquist", "plot_overview", "plot_pair", "plot_power", "plot_ripple", "plot_roots", "plot_roughness",
     "plot_schedule", "plot_scheduled_gains", "plot_speed", "plot_study", "plot_third_octaves", "plot_tradeoff",
