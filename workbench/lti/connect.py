@@ -15,11 +15,10 @@ and what only comes from outside. A system's input reads the point of its name, 
 from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
-from scipy.linalg import block_diag
 
 from workbench.errors import InputError, unknown_name
 from workbench.lti.algebraic import IllPosedError, closing
-from workbench.lti.join import beside, wired
+from workbench.lti.join import beside, diagonal, wired
 from workbench.lti.model import DelayLine, Model
 from workbench.lti.plant import Plant
 from workbench.lti.realisation import Realisation
@@ -115,8 +114,8 @@ def connect(
     through = np.eye(len(lines))
     joined = wired(
         plant,
-        block_diag(into @ ends, 0 * through), block_diag(into @ pushes, through),
-        block_diag(seen @ ends, through), block_diag(seen @ pushes, 0 * through),
+        diagonal([into @ ends, 0 * through]), diagonal([into @ pushes, through]),
+        diagonal([seen @ ends, through]), diagonal([seen @ pushes, 0 * through]),
     )  # fmt: skip
     return _model(name, models, joined, lines, tuple(pushed), tuple(asked))
 

@@ -22,10 +22,10 @@ CIRCLE = (
 
 def beside(*systems: Realisation) -> Realisation:
     """Systems side by side: block diagonal matrices, in the order given."""
-    return Realisation(*(_diagonal([system[i] for system in systems]) for i in range(4)))
+    return Realisation(*(diagonal([system[i] for system in systems]) for i in range(4)))
 
 
-def _diagonal(parts: list[np.ndarray]) -> np.ndarray:
+def diagonal(parts: list[np.ndarray]) -> np.ndarray:
     """Blocks of any shape, empty ones included, along a diagonal."""
     whole = np.zeros((sum(len(part) for part in parts), sum(part.shape[1] for part in parts)))
     row = column = 0
@@ -86,7 +86,7 @@ def series(second: Realisation, first: Realisation) -> Realisation:
     A1, B1, C1, D1 = first
     A2, B2, C2, D2 = second
     n = len(A1)
-    A, B = _diagonal([A1, A2]), np.zeros((n + len(A2), B1.shape[1]))
+    A, B = diagonal([A1, A2]), np.zeros((n + len(A2), B1.shape[1]))
     C = np.zeros((len(C2), n + len(A2)))
     A[n:, :n], B[:n], B[n:], C[:, :n], C[:, n:] = B2 @ C1, B1, B2 @ D1, D2 @ C1, C2
     return Realisation(A, B, C, D2 @ D1)
@@ -98,7 +98,7 @@ def difference(one: Realisation, other: Realisation) -> Realisation:
     B = np.zeros((n + len(other.A), one.B.shape[1]))
     C = np.zeros((len(one.C), n + len(other.A)))
     B[:n], B[n:], C[:, :n], C[:, n:] = one.B, other.B, one.C, -other.C
-    return Realisation(_diagonal([one.A, other.A]), B, C, one.D - other.D)
+    return Realisation(diagonal([one.A, other.A]), B, C, one.D - other.D)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

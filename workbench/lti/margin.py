@@ -58,7 +58,7 @@ class ChannelMargin(Result):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
-class Margins(Result):
+class ChannelMargins(Result):
     """Margins of every channel and the peaks of sensitivity and complementary sensitivity."""
 
     channels: tuple[ChannelMargin, ...]
@@ -104,7 +104,7 @@ def sensitivity(A, B, C, D=None) -> Realisation:
     return Realisation(A - B @ D_s @ C, B @ D_s, -D_s @ C, D_s)
 
 
-def margins(A, B, C, D, *, channels: Sequence[str] | None = None) -> Margins:
+def margins(A, B, C, D, *, channels: Sequence[str] | None = None) -> ChannelMargins:
     """All margins of a closed loop given by its sensitivity.
 
     Parameters
@@ -116,7 +116,7 @@ def margins(A, B, C, D, *, channels: Sequence[str] | None = None) -> Margins:
 
     Returns
     -------
-    Margins
+    ChannelMargins
 
     Raises
     ------
@@ -135,7 +135,7 @@ def margins(A, B, C, D, *, channels: Sequence[str] | None = None) -> Margins:
     names = [str(i + 1) for i in range(count)] if channels is None else list(channels)
     if len(names) != count:
         raise InputError(f"channels must name each of the {count} channels; got {names}. Give one name per channel.")
-    return Margins(
+    return ChannelMargins(
         channels=tuple(channel_margin(*system, channel=i, name=name) for i, name in enumerate(names)),
         peak_S=peak_gain(*system),
         peak_T=peak_gain(*complementary(*system)),

@@ -20,7 +20,7 @@ from workbench.lti.delay import LinedSystem, rational
 from workbench.lti.energy import energy_by_doubling
 from workbench.lti.grid import seeds
 from workbench.lti.march import Lined, step_pieces
-from workbench.lti.margin import Margins, sensitivity
+from workbench.lti.margin import ChannelMargins, sensitivity
 from workbench.lti.margin import margins as margins_of
 from workbench.lti.norm import Peak, h2_norm, peak_gain
 from workbench.lti.peak_bound import CLOSE, bracket, farther
@@ -126,7 +126,7 @@ def rms(system: LinedSystem) -> float:
     return h2_norm(A, B, C)
 
 
-def margins(system: LinedSystem, channels: Sequence[str] | None = None) -> Margins:
+def margins(system: LinedSystem, channels: Sequence[str] | None = None) -> ChannelMargins:
     """Margins of the loop that negative feedback around the system closes; continuous and without dead times.
 
     Raises InputError otherwise, and if the closed loop is unstable.

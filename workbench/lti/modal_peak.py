@@ -1,6 +1,6 @@
 """The gain of a stable system over frequency and its local maxima, fast rather than proved.
 
-    poles --`grid.around`--> sampling --Gain.peaks--> local maxima, refined --Gain.at--> singular vectors and resolvents
+    poles --`grid.around`--> sampling --peaks--> local maxima, refined --at--> singular vectors and resolvents
 
 Slopes over frequency come with the values, so a refinement takes five of them; `peak_search` knows values alone, and
 `modal.peaks` a stack of systems. What steers static gains; `norm.peak_gain` decides.
@@ -37,7 +37,7 @@ def _leading(G: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return U[:, :, 0], sigma[:, 0], Vh[:, 0].conj()
 
 
-class Gain:
+class GainCurve:
     """σ_max of D + C (jωI − A)⁻¹ B, its slope and its local maxima.
 
     Resolvents come from eigenvectors where those are conditioned well enough for steering, else from linear solves.

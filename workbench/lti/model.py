@@ -20,7 +20,7 @@ from workbench.errors import InputError, unknown_name
 from workbench.lti import Plant
 from workbench.lti.delay import LinedSystem, rational
 from workbench.lti.fraction import from_control
-from workbench.lti.margin import Margins
+from workbench.lti.margin import ChannelMargins
 from workbench.lti.norm import Peak
 
 MOST_SAMPLES = 2000  # of a discrete dead time; each is a state
@@ -186,7 +186,7 @@ class Model:
         """The square of `rms`."""
         return self.rms() ** 2
 
-    def margins(self) -> Margins:
+    def margins(self) -> ChannelMargins:
         """Gain, phase and delay margins of every channel, and peaks of S and T, of negative feedback around a model."""
         from workbench.lti.measure import margins
 

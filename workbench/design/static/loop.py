@@ -16,7 +16,7 @@ from workbench.errors import InputError
 from workbench.lti.eigen import eigen
 from workbench.lti.energy import gramians
 from workbench.lti.grid import around
-from workbench.lti.modal_peak import Gain
+from workbench.lti.modal_peak import GainCurve
 from workbench.lti.norm import proposals
 from workbench.lti.realisation import matrix, square
 
@@ -175,7 +175,7 @@ class Peaks:
         A, B, C, D = self._loop.closed(K)
         if not np.all(np.isfinite(A)):
             return []
-        gain = Gain(A, B, C, D)
+        gain = GainCurve(A, B, C, D)
         slowest = gain.poles.real.max(initial=-math.inf)
         if slowest >= 0 or slowest >= -self._min_decay:
             return []
