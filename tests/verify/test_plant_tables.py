@@ -273,3 +273,26 @@ def test_an_expression_cannot_stand_in_a_table():
     problem = Problem(models=tf([1.0], [1.0, 1.0], input="u", output="y"), structure=block, goals=[], name="x")
     with pytest.raises(InputError, match="of a kind that data can state"):
         plant_table(given(problem, {}))
+
+
+HOSTILE = (None, True, -1, 0, 1e300, 10**30, "", "x" * 5000, "1" * 59, "1e39", "1e-39", [], {}, [[]], {"a": {}}, "NaN")
+
+
+@pytest.mark.parametrize("name", ["motor", "sampled"])
+def test_hostile_values_anywhere_are_refused_in_a_sentence_or_not_proved(name):
+    document = plant_table(design_of(name)).to_dict()
+    rng = np.random.default_rng(2)
+    places = [at for at, _ in leaves(document) if at[0] not in ("measured", "versions")]
+    places += [at[:-1] for at in places if len(at) > 1]
+    for k in rng.choice(len(places), 60, replace=False):
+        value = HOSTILE[int(rng.integers(len(HOSTILE)))]
+        changed = signed(document, put(places[k], value))
+        sentence = ""
+        try:
+            report = verify_document(changed, budget_seconds=5.0)
+            if report.proved and places[k][0] in ("models", "structure", "promises"):
+                assert false_promises(changed) == [], (places[k], value)
+        except TableError as refusal:
+            sentence = str(refusal)
+        assert "\n" not in sentence, (places[k], value)
+        assert len(sentence) < 500

@@ -50,6 +50,8 @@ def matrices_of(block: Block) -> Matrices:
             raise TableError(
                 f"a {block.kind} must have {reads} inputs and one output; the table's has others. Mend it."
             )
+        if "parts" in allowed:
+            _parts(k, options.get("parts", "PID"))
         found = _joined(terms(k))
     elif block.kind in WHOLE:
         found = WHOLE[block.kind](block, options)
@@ -64,6 +66,15 @@ def sample_time_of(block: Block) -> fmpq | None:
         if block.options.get(key) is not None:
             return as_printed(block.options[key], key)
     return None
+
+
+def _parts(k: Numbers, parts: Any) -> None:
+    """The actions that a PID has; the others are zero."""
+    if not isinstance(parts, str) or not 0 < len(parts) == len(set(parts)) or set(parts) - set("PID"):
+        raise TableError(f"parts must be letters of 'PID'; got {str(parts)[:20]!r}. Mend it there.")
+    for letter, slot in zip("PID", ("Kp", "Ki", "Kd"), strict=True):
+        if letter not in parts and k[slot] != 0:
+            raise TableError(f"{slot} must be zero in a PID of the parts {parts!r}; it is not. Mend it there.")
 
 
 def _pid(k: Numbers) -> list[Term]:

@@ -143,6 +143,11 @@ def _requirements(table: Table, faults: list[str]) -> list[str]:
         place = f"requirements.{i}"
         keyed(entry, place, REQUIREMENT, MORE)
         name = text_of(entry["name"], f"{place}.name")[:80]
+        for key in ("unit", "where", "model", "method"):
+            text_of(entry.get(key, ""), f"{place}.{key}")
+        if not (isinstance(entry["hard"], bool) and isinstance(entry["met"], bool)):
+            raise TableError(f"{place} must say hard and met as true or false; it does not. Mend it there.")
+        optional(entry.get("upper"), lambda x, place=place: as_printed(x, f"{place}.upper"))
         if entry["sense"] not in ("<=", ">="):
             raise TableError(f"{place}.sense must be '<=' or '>='; got {str(entry['sense'])[:20]!r}. Mend it there.")
         limit = optional(entry["limit"], lambda x, place=place: as_printed(x, f"{place}.limit"))
