@@ -13,7 +13,8 @@ def write_reference(folder: Path) -> None:
     """Writes every reference page; one that says the same already is left alone."""
     pages = {
         "commands": commands(), "data_file": data_file(), "gain_table": gain_table(), "problems": problems(),
-        "study_file": study_file(), "tuning_file": tuning_file(), "goals": goals(), "errata": errata(),
+        "plant_file": plant_file(), "study_file": study_file(), "tuning_file": tuning_file(), "goals": goals(),
+        "errata": errata(),
     }  # fmt: skip
     folder.mkdir(exist_ok=True)
     for name, text in pages.items():
@@ -132,6 +133,24 @@ def study_file() -> str:
         "What `workbench study` reads; strict like a data file. {doc}`../studies` shows whole ones.",
         StudyFile.model_json_schema(),
     )
+
+
+def plant_file() -> str:
+    """The tables and keys of a data file that states a plant of one's own."""
+    from workbench.control.structure.registry import BLOCKS
+    from workbench.files.own_plant import OwnFile
+    from workbench.files.structure import ParameterTable
+
+    kinds = [(f"`{name}`", ", ".join(f"`{option}`" for option in kind.options)) for name, kind in BLOCKS.items()]
+    schema = OwnFile.model_json_schema()
+    schema["$defs"]["ParameterTable"] = ParameterTable.model_json_schema()
+    more = ["", "## Kinds of blocks", "", "{doc}`../tuning` says what they are.", ""]
+    return _schema(
+        "The data file of a plant",
+        "A `data.toml` without a vehicle, strict: a key that is not here is refused by name. Every unit stands in the "
+        "key; one in seconds may be in `_ms`, `_min` or `_h`, one in `_rad_s` in `_hz`. Keys of a goal: {doc}`goals`.",
+        schema,
+    ) + "\n".join([*more, *_table(("kind", "options"), kinds), ""])
 
 
 def tuning_file() -> str:

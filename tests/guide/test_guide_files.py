@@ -9,7 +9,7 @@ import pytest
 from guide_page import fences
 
 from workbench.control import Gains
-from workbench.files.problem import ProblemData, parse_problem, read_gains, shipped_problems
+from workbench.files.problem import ProblemData, load_problem, parse_problem, read_gains, shipped_problems
 from workbench.files.tuning_problem import load_tuning_problem
 from workbench.handover.code.formats import render
 from workbench.handover.table.schema import Promise
@@ -40,6 +40,32 @@ def test_blocks_shown_fit_into_the_problem_they_name(fence):
     assert blocks != {key: data.get(key) for key in blocks}  # else the block shows nothing
 
 
+@shown("toml plant")
+def test_a_plants_data_file_shown_builds_a_problem(fence, tmp_path):
+    (tmp_path / "data.toml").write_text(fence.text, "utf-8")
+    problem = load_problem(str(tmp_path))
+    assert problem.free
+    assert {goal.hard for goal in problem.goals} == {True, False}
+
+
+@shown("toml model")
+def test_a_model_shown_builds_a_problem(fence, tmp_path):
+    f = np.geomspace(0.05, 20.0, 60)
+    G = 3 / (2j * np.pi * f) * np.exp(-0.08j * np.pi * f) / (0.1j * np.pi * f + 1)
+    rows = (f"{at!r},{g.real!r},{g.imag!r}" for at, g in zip(f.tolist(), G.tolist(), strict=True))
+    (tmp_path / "response.csv").write_text("\n".join(["frequency_hz,real,imaginary", *rows]))
+    (tmp_path / "plant.csv").write_text("0.9,0.1\n2.0,0.0")
+    signals = tomllib.loads(fence.text)
+    reads, drives = signals["outputs"][0], signals["inputs"][0]
+    (tmp_path / "data.toml").write_text(
+        f'[problem]\ntitle = "A model of the guide"\nsource = "the guide"\n[[model]]\n{fence.text}\n[structure]\n'
+        f'[[structure.block]]\nkind = "gain"\ninputs = ["{reads}"]\noutputs = ["{drives}"]\n'
+        "parameters = { K = -0.01 }",
+        "utf-8",
+    )
+    assert load_problem(str(tmp_path)).systems[0].outputs == tuple(signals["outputs"])
+
+
 @shown("toml gains")
 def test_a_gains_file_shown_holds_the_seventeen(fence, tmp_path):
     (tmp_path / "gains.toml").write_text(fence.text, "utf-8")
@@ -66,7 +92,16 @@ def test_a_promise_shown_is_one_of_a_gain_table(fence):
 
 
 def test_every_file_in_the_guide_is_loaded_by_a_test():
-    loaded = {"toml problem", "toml blocks", "toml gains", "toml study", "toml tuning", "json promise"}
+    loaded = {
+        "toml problem",
+        "toml blocks",
+        "toml gains",
+        "toml study",
+        "toml tuning",
+        "toml plant",
+        "toml model",
+        "json promise",
+    }
     for fence in fences():
         if fence.kind.startswith(("toml", "json")):
             assert " ".join(fence.kind.split()[:2]) in loaded, fence.place

@@ -95,7 +95,17 @@ def test_links_between_pages_lead_somewhere(page):
         assert (GUIDE / name).is_file(), name
 
 
-REFERENCE = ("commands", "data_file", "gain_table", "study_file", "tuning_file", "goals", "problems", "errata")
+REFERENCE = (
+    "commands",
+    "data_file",
+    "gain_table",
+    "plant_file",
+    "study_file",
+    "tuning_file",
+    "goals",
+    "problems",
+    "errata",
+)
 
 
 def test_every_page_is_in_the_table_of_contents():
