@@ -13,7 +13,7 @@ def write_reference(folder: Path) -> None:
     """Writes every reference page; one that says the same already is left alone."""
     pages = {
         "commands": commands(), "data_file": data_file(), "gain_table": gain_table(), "problems": problems(),
-        "plant_file": plant_file(), "study_file": study_file(), "tuning_file": tuning_file(), "goals": goals(),
+        "plant_file": plant_file(), "study_file": study_file(), "goals": goals(),
         "errata": errata(),
     }  # fmt: skip
     folder.mkdir(exist_ok=True)
@@ -151,17 +151,6 @@ def plant_file() -> str:
         "key; one in seconds may be in `_ms`, `_min` or `_h`, one in `_rad_s` in `_hz`. Keys of a goal: {doc}`goals`.",
         schema,
     ) + "\n".join([*more, *_table(("kind", "options"), kinds), ""])
-
-
-def tuning_file() -> str:
-    """The blocks and keys of a data file with `kind = "tuning"`."""
-    from workbench.files.tuning_problem import TuningFile
-
-    return _schema(
-        "The data file of a process with dead times",
-        'A `data.toml` whose `[problem]` says `kind = "tuning"`. Time is in minutes, frequencies are per minute.',
-        TuningFile.model_json_schema(),
-    )
 
 
 def errata() -> str:

@@ -201,7 +201,10 @@ def test_time_ends_a_design_with_what_was_reached(affine):
 @pytest.mark.parametrize(
     ("goals", "sentence"),
     [
-        ((LIMIT, Margins("u", gain_db=6, hard=False)), "makes one integrated error small; the soft goals of 'problem' are Margins"),
+        (
+            (LIMIT, Margins("u", gain_db=6, hard=False)),
+            "makes one integrated error small; the soft goals of 'problem' are Margins",
+        ),
         ((Poles(decay=0.1, hard=True), SOFT), "takes hard goals that limit gains; 'Poles' does not"),
         ((SOFT,), "needs free parameters and a hard limit of a gain"),
         ((LIMIT, IntegratedError("r", "y")), "must be that of what is fed back"),

@@ -10,7 +10,6 @@ from guide_page import fences
 
 from workbench.control import Gains
 from workbench.files.problem import ProblemData, load_problem, parse_problem, read_gains, shipped_problems
-from workbench.files.tuning_problem import load_tuning_problem
 from workbench.handover.code.formats import render
 from workbench.handover.table.schema import Promise
 from workbench.handover.table.table import read_table
@@ -78,12 +77,6 @@ def test_a_study_file_shown_plans_rows(fence, tmp_path):
     assert read_study(tmp_path / "study.toml").rows_planned > 1
 
 
-@shown("toml tuning")
-def test_a_tuning_file_shown_builds_a_problem(fence, tmp_path):
-    (tmp_path / "data.toml").write_text(fence.text, "utf-8")
-    assert load_tuning_problem(tmp_path).limits == {"S": 1.4}
-
-
 @shown("json promise")
 def test_a_promise_shown_is_one_of_a_gain_table(fence):
     promise = Promise.model_validate(json.loads(fence.text))
@@ -97,7 +90,6 @@ def test_every_file_in_the_guide_is_loaded_by_a_test():
         "toml blocks",
         "toml gains",
         "toml study",
-        "toml tuning",
         "toml plant",
         "toml model",
         "json promise",

@@ -101,7 +101,6 @@ REFERENCE = (
     "gain_table",
     "plant_file",
     "study_file",
-    "tuning_file",
     "goals",
     "problems",
     "errata",

@@ -47,8 +47,7 @@ def design(
     """Optimises, verifies, writes the gain table and the report.
 
     A problem with a [schedule] gets gains that are polynomials of the speed, checked over its whole range; its
-    requirements hold at cruise. With --speed, or --robust, one set of gains for one speed instead. A tuning problem
-    (kind = "tuning") takes --solver slsqp or restriction.
+    requirements hold at cruise. With --speed, or --robust, one set of gains for one speed instead.
 
     With --budget-seconds, or interrupted, it keeps the best design that is verified by then, if there is one; trade-off
     and proofs over boxes are left out where they would take too long.
@@ -58,22 +57,11 @@ def design(
     deadline = supervised(budget_seconds, "the design")
 
     from workbench.commands.output import emit_json, progress, tell
-    from workbench.commands.tuning_design import design_tuning
     from workbench.errors import InputError
-    from workbench.files.problem import load_problem, tuning_folder
+    from workbench.files.problem import load_problem
     from workbench.handover.complete import complete
     from workbench.machine.interrupts import received, word
 
-    plant_alone = tuning_folder(problem)
-    if plant_alone is not None:
-        asked = {"starts": starts is not None, "seed": seed is not None, "fix": fix, "trade-off": trade_off,
-                 "robust": robust, "speed": speed is not None, "boxes": boxes}  # fmt: skip
-        unused = next((name for name, there in asked.items() if there), None)
-        if unused is not None:
-            raise InputError(
-                f"{problem!r} has no vehicle and no random starts; --{unused} is not for it. Leave it out."
-            )
-        return design_tuning(plant_alone, out, solver=solver or "slsqp", json=json, deadline=deadline)
     loaded = load_problem(problem, speed=speed)
     loaded = loaded.with_fixed(parse_fixed(fix, vehicle=loaded.flies))
     if boxes and not loaded.flies:

@@ -11,7 +11,7 @@ def problem_names(incomplete: str) -> list[str]:
     """Shipped problems that begin so, for the shell's completion."""
     from workbench.files.problem import shipped_problems
 
-    return [name for kind in ("", "tuning") for name in shipped_problems(kind) if name.startswith(incomplete)]
+    return [name for name in shipped_problems() if name.startswith(incomplete)]
 
 
 def problems(json: Json = False) -> None:
@@ -20,8 +20,7 @@ def problems(json: Json = False) -> None:
     from workbench.files.problem import shipped_problems
     from workbench.machine.reading import read_mapping
 
-    folders = {**shipped_problems(), **shipped_problems("tuning")}
-    heads = {name: read_mapping(folder / "data.toml")["problem"] for name, folder in folders.items()}
+    heads = {name: read_mapping(path / "data.toml")["problem"] for name, path in shipped_problems().items()}
     found = [{"name": n, "title": head["title"], "groups": head.get("groups", [])} for n, head in heads.items()]
     if json:
         emit_json(found)

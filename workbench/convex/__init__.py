@@ -2,6 +2,5 @@
 
 state matrices   --lyapunov---->  a quadratic form that decays along all of them
 systems          --gain_bound-->  proved upper bounds of H∞ and H₂
-dead-time plant  --restriction->  a PID matrix by a sequence of convex problems (smooth_tuner: by a smooth solver)
 design problem   --bound------->  what no linear controller can undercut
 """

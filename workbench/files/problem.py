@@ -55,29 +55,16 @@ def shipped_folder() -> Path:
     return inside if inside.is_dir() else Path(str(files("workbench"))).parent / "problems"
 
 
-def shipped_problems(kind: str = "") -> dict[str, Path]:
-    """Name to folder of every shipped problem; of kind "tuning" those of `files.tuning_problem` alone."""
+def shipped_problems() -> dict[str, Path]:
+    """Name to folder of every shipped problem."""
     folder = shipped_folder()
     paths = sorted(folder.iterdir()) if folder.is_dir() else []
-    found = {path.name: path for path in paths if (path / "data.toml").is_file()}
-    return {name: path for name, path in found.items() if is_tuning_problem(path) == (kind == "tuning")}
+    return {path.name: path for path in paths if (path / "data.toml").is_file()}
 
 
 def shipped_vehicles() -> dict[str, Path]:
     """Name to folder of the shipped problems that control a vehicle."""
     return {name: path for name, path in shipped_problems().items() if not is_own(read_mapping(path / "data.toml"))}
-
-
-def is_tuning_problem(folder: Path) -> bool:
-    """Whether the folder's data.toml says `kind = "tuning"`."""
-    head = read_mapping(folder / "data.toml").get("problem")
-    return isinstance(head, dict) and head.get("kind") == "tuning"
-
-
-def tuning_folder(name: str) -> Path | None:
-    """The folder of a tuning problem that ships under this name or lies there; None for anything else."""
-    folder = shipped_problems("tuning").get(name, Path(name))
-    return folder if _is_file(folder / "data.toml") and is_tuning_problem(folder) else None
 
 
 def _is_file(path: Path) -> bool:
@@ -96,11 +83,6 @@ def load_problem(name: str, *, speed: float | None = None) -> Problem:
     InputError
         If there is no such problem, or its data are not usable; the sentence names the key.
     """
-    if tuning_folder(name) is not None:
-        raise InputError(
-            f"the problem must be a vehicle's; {name!r} tunes a controller for a plant of its own. "
-            "Give it to 'workbench design'."
-        )
     folder = folder_of(name)
     document = read_mapping(folder / "data.toml")
     problem = _own(folder, document, speed) if is_own(document) else _vehicle(folder, document, speed)

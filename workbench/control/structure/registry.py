@@ -7,7 +7,6 @@ A slot is what a parameter is called in the formula of its kind ("Kp", "K_1_2");
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 
@@ -108,15 +107,22 @@ def _scalar(maker: Callable[..., Block], *options: str, reads: int = 1) -> Block
     return BlockKind(make, options, (reads, 1))
 
 
-def _masked(maker: Callable[..., Block], inputs, outputs, options, starts, name) -> Block:
+def _gain(inputs, outputs, options, starts, name) -> Block:
+    return blocks.gain(inputs, outputs, mask=_mask(inputs, outputs, options), name=name)
+
+
+def _pid_matrix(inputs, outputs, options, starts, name) -> Block:
+    mask, Tf = _mask(inputs, outputs, options), starts.get("Tf", 0.01)
+    return blocks.pid_matrix(inputs, outputs, mask=mask, Tf=Tf, name=name)
+
+
+def _mask(inputs, outputs, options) -> list:
+    """The rows of a mask, all ones if left out."""
     mask = options.get("mask", [[1] * len(inputs)] * len(outputs))
     rows = mask if isinstance(mask, Sequence) and all(isinstance(row, list) for row in mask) else [[mask]]
     if any(entry not in (0, 1) for row in rows for entry in row) or {len(r) for r in rows} != {len(inputs)}:
-        raise InputError(
-            f"{maker.__name__}'s mask must have {len(outputs)} rows of {len(inputs)} entries 0 or 1; "
-            f"got {str(mask)[:60]}."
-        )
-    return maker(inputs, outputs, mask=rows, name=name)
+        raise InputError(f"a mask must have {len(outputs)} rows of {len(inputs)} entries 0 or 1; got {str(mask)[:60]}.")
+    return rows
 
 
 def _state_space(inputs, outputs, options, starts, name) -> Block:
@@ -183,8 +189,8 @@ def _sample_time(options: Mapping[str, Plain]) -> float | None:
 
 
 BLOCKS: dict[str, BlockKind] = {
-    "gain": BlockKind(partial(_masked, blocks.gain), ("mask",), None),
-    "pid_matrix": BlockKind(partial(_masked, blocks.pid_matrix), ("mask",), None),
+    "gain": BlockKind(_gain, ("mask",), None),
+    "pid_matrix": BlockKind(_pid_matrix, ("mask",), None),
     "pid": _scalar(blocks.pid, "parts"),
     "pid_two_degrees": _scalar(blocks.pid_two_degrees, "parts", reads=2),
     "lead_lag": _scalar(blocks.lead_lag),

@@ -40,11 +40,11 @@ def sequence(
         if until.expired:
             outcome = "the time was over"
             break
-        tangent = x
+        here = x
 
-        def solve(held: Chosen, last: np.ndarray | None, tangent=tangent) -> np.ndarray:
-            answer = minimise(*_step(affine, held, tangent, back_off), accuracy=1e-8, seconds=max(until.remaining, 0.1))
-            return answer.x[:-1] * affine.sizes(tangent)
+        def solve(held: Chosen, last: np.ndarray | None, here=here) -> np.ndarray:
+            answer = minimise(*_step(affine, held, here, back_off), accuracy=1e-8, seconds=max(until.remaining, 0.1))
+            return answer.x[:-1] * affine.sizes(here)
 
         done = exchange(
             chosen, solve, lambda _, candidate: _missed(affine, candidate, back_off),
@@ -52,7 +52,7 @@ def sequence(
             rounds=ADDITIONS,
         )  # fmt: skip
         chosen, candidate, solves = done.held, done.answer, solves + len(done.rounds)
-        inside = candidate if done.settled else _within(affine, tangent, candidate, back_off)
+        inside = candidate if done.settled else _within(affine, here, candidate, back_off)
         if inside is None or not affine.objective(inside) < history[-1]:
             outcome = "no further step"
             break
@@ -66,15 +66,14 @@ def sequence(
     return Reached(x, tuple(history), solves, outcome)
 
 
-def _step(affine: Affine, chosen: Chosen, tangent: np.ndarray, back_off: float) -> tuple[np.ndarray, list[Inequality]]:
+def _step(affine: Affine, chosen: Chosen, x: np.ndarray, back_off: float) -> tuple[np.ndarray, list[Inequality]]:
     """Maximise γ ≤ σ_min(M)² by its tangent, under the tangents of all limits and the bounds; unknowns x/size, γ/γ̃."""
-    size = affine.sizes(tangent)
+    size = affine.sizes(x)
     blocks = [
-        _tangent(rows.take(sorted(own)), tangent, size, back_off)
-        for rows, own in zip(affine.dense, chosen, strict=True)
+        tangent(rows.take(sorted(own)), x, size, back_off) for rows, own in zip(affine.dense, chosen, strict=True)
     ]
-    n, p = len(tangent), affine.integral.shape[-1]
-    here = np.tensordot(tangent, affine.integral, 1)
+    n, p = len(x), affine.integral.shape[-1]
+    here = np.tensordot(x, affine.integral, 1)
     level = float(np.linalg.svd(here, compute_uv=False)[-1]) ** 2
     product = affine.integral.swapaxes(-1, -2) @ here * size[:, None, None]
     rise = (product + product.swapaxes(-1, -2)) / level
@@ -89,9 +88,9 @@ def _step(affine: Affine, chosen: Chosen, tangent: np.ndarray, back_off: float) 
     return np.r_[np.zeros(n), -1.0], blocks
 
 
-def _tangent(rows: Rows, tangent: np.ndarray, size: np.ndarray, back_off: float) -> Inequality:
+def tangent(rows: Rows, x: np.ndarray, size: np.ndarray, back_off: float) -> Inequality:
     """[[tangent of W*W, Y*/M], [Y/M, I]] ⪰ 0 after a congruence by W̃⁻¹, which brings every block to size one."""
-    inverse = np.linalg.inv(at(rows.W, tangent))[:, None]
+    inverse = np.linalg.inv(at(rows.W, x))[:, None]
     W, Y = rows.W @ inverse, rows.Y @ inverse / (rows.limit * (1 - back_off))[:, None, None, None]
     k, n, p, q = len(W), W.shape[1] - 1, W.shape[-1], Y.shape[-2]
     whole = np.zeros((k, n + 2, p + q, p + q), complex)
