@@ -71,7 +71,7 @@ class StructureTable(Table):
     """The blocks and what comes from outside."""
 
     references: Names = ()
-    block: Annotated[tuple[BlockTable, ...], Field(min_length=1, max_length=MOST)]
+    block: Annotated[tuple[BlockTable, ...], Field(min_length=1, max_length=60)]
     source: Text | None = None
 
     def structure(self, place: str) -> Structure:

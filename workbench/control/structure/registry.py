@@ -17,7 +17,7 @@ from workbench.control.structure.block import Block, Parameter, Plain, plain
 from workbench.errors import InputError, unknown_name
 
 Numbers = Mapping[str, float]  # by slot
-LARGEST = 200  # inputs, outputs or states of a block that a file may ask for
+LARGEST = 60  # inputs, outputs or states of a block that a file may ask for
 
 
 @dataclass(frozen=True, slots=True)
