@@ -208,8 +208,6 @@ def hamiltonian(system: Realisation, level: float) -> np.ndarray | None:
     if level**2 - np.linalg.norm(D, 2) ** 2 <= SAFE_FEEDTHROUGH * level**2:
         return None
     p, m = D.shape
-    if not D.any():
-        return np.block([[A, B @ B.T / level], [-C.T @ C / level, -A.T]])
     inner = np.linalg.inv(level**2 * np.eye(m) - D.T @ D)
     outer = np.linalg.inv(level**2 * np.eye(p) - D @ D.T)
     drift = A + B @ inner @ D.T @ C
