@@ -15,7 +15,7 @@ from flint import acb, acb_mat, acb_series, arb, ctx, fmpq
 
 from workbench.verify.exact.deadline import check
 from workbench.verify.exact.failure import NotProved
-from workbench.verify.exact.quasi import DEEPEST, FURTHEST, PRECISION, Quasi
+from workbench.verify.exact.quasi import DEEPEST, FURTHEST, PRECISION, Balls, Quasi
 
 BALANCINGS = 12
 ZERO = fmpq(0)
@@ -31,6 +31,8 @@ class Levels:
         self._order = P.degree
         self._P, self._N = P.balls(), [[q.balls() for q in row] for row in N]
         self._scaled = scaled and len(N) > 1
+        self._known: dict[fmpq, tuple[acb, list[list[acb]]]] = {}
+        self._jet: dict[tuple[fmpq, fmpq], tuple[acb_series, list[list[acb_series]]]] = {}
 
     def below(self, level: fmpq, low: fmpq = ZERO, high: fmpq | None = None) -> bool:
         """Whether the peak over [low, high] is proved below a level; False: a frequency was found where it is not.
@@ -47,15 +49,18 @@ class Levels:
             while waiting:
                 check()
                 a, b, depth = waiting.pop()
-                middle, half = (a + b) / 2, (b - a) / 2
-                there = self._definite(square, acb(0, arb(middle)))
+                middle = (a + b) / 2
+                P, N = self._values(middle)
+                weights = self._weights(P, N)
+                G = _gram(square, P, N, weights)
+                there = _definite(G)
                 if there is False and self._scaled:
                     raise NotProved(
                         f"no weights of the points were found for which the limit holds at {float(middle):.4g} rad/s"
                     )
                 if there is False:
                     return False
-                if there and self._no_crossing(square, arb(middle), arb(half)):
+                if there and self._no_crossing(square, G, weights, a, b):
                     continue
                 if depth >= DEEPEST:
                     raise NotProved(f"the gain is at the limit or too close to it near {float(middle):.4g} rad/s")
@@ -68,25 +73,48 @@ class Levels:
         while R < FURTHEST:
             P = self._P.at_infinity(self._order, R)
             N = [[q.at_infinity(self._order, R) for q in row] for row in self._N]
-            if _definite(_gram(square, P, N, self._weights(acb(0, arb(R))))):
+            there = self._values(R)
+            weights = self._weights(*there)
+            if _definite(_gram(square, P, N, weights)):
                 return R
-            if not self._scaled and self._definite(square, acb(0, arb(R))) is False:
+            if not self._scaled and _definite(_gram(square, *there, weights)) is False:
                 return None
             R *= 4
         raise NotProved(
             "no frequency was found beyond which the limit is kept: it is too close to the gain at infinity"
         )
 
-    def _weights(self, s: acb) -> list[arb]:
-        """D of an interval, from its middle: rows and columns of D N D⁻¹ of like length (Osborne); powers of two / 16.
+    def _values(self, omega: fmpq) -> tuple[acb, list[list[acb]]]:
+        """P and N at a frequency; remembered, for the next level asks for them again."""
+        if omega not in self._known:
+            s = acb(0, arb(omega))
+            self._known[omega] = self._P.at(s), [[q.at(s) for q in row] for row in self._N]
+        return self._known[omega]
+
+    def _jets(self, a: fmpq, b: fmpq) -> tuple[acb_series, list[list[acb_series]]]:
+        """Enclosures of P and N and of their derivatives by ω on an interval."""
+        if (a, b) not in self._jet:
+            span = arb(0, 1) * arb((b - a) / 2)
+            box = acb(0, arb((a + b) / 2) + span)
+
+            def jet(q: Balls, value: acb) -> acb_series:
+                slope = acb(0, 1) * q.slope(box)
+                return acb_series([value + slope * acb(span), slope], 2)
+
+            P, N = self._values((a + b) / 2)
+            rows = [[jet(*pair) for pair in zip(q, n, strict=True)] for q, n in zip(self._N, N, strict=True)]
+            self._jet[a, b] = jet(self._P, P), rows
+        return self._jet[a, b]
+
+    def _weights(self, P: acb, N: Sequence[Sequence[acb]]) -> list[arb]:
+        """D of an interval, from its middle: rows and columns of D N D⁻¹ of like length (Osborne).
 
         Any D is right; a good one bounds closer.
         """
-        n = len(self._N[0])
+        n = len(N[0])
         if not self._scaled:
             return [arb(1)] * n
-        P = complex(self._P.at(s).mid())
-        size = [[abs(complex(q.at(s).mid()) / P) for q in row] for row in self._N]
+        size = [[abs(complex(q.mid())) for q in row] for row in N]
         d = [1.0] * n
         for _ in range(BALANCINGS):
             for i in range(n):
@@ -96,25 +124,11 @@ class Levels:
                     d[i] *= (column / row) ** 0.25
         return [arb(x) for x in d]
 
-    def _definite(self, square: arb, s: acb) -> bool | None:
-        """Whether G is positive definite at a point: proved, disproved (for these weights), or neither."""
-        P, N = self._P.at(s), [[q.at(s) for q in row] for row in self._N]
-        return _definite(_gram(square, P, N, self._weights(s)))
-
-    def _no_crossing(self, square: arb, middle: arb, half: arb) -> bool:
-        """Whether det G keeps from zero on the interval."""
-        at, span = acb(0, middle), arb(0, 1) * half
-        box = at + acb(0, span)
-        weights = self._weights(at)
-
-        def jet(q) -> acb_series:
-            value = q.at(at) + q.slope(box) * acb(0, span)
-            return acb_series([value, acb(0, 1) * q.slope(box)], 2)
-
-        P, N = jet(self._P), [[jet(q) for q in row] for row in self._N]
+    def _no_crossing(self, square: arb, G: acb_mat, weights: Sequence[arb], a: fmpq, b: fmpq) -> bool:
+        """Whether det G keeps from zero on the interval, G being its value in the middle."""
+        P, N = self._jets(a, b)
         slope = _determinant(_series_gram(square, P, N, weights))[1].real
-        first = _gram(square, self._P.at(at), [[q.at(at) for q in row] for row in self._N], weights)
-        return bool(first.det().real + slope * span > 0)
+        return bool(G.det().real + slope * arb(0, 1) * arb((b - a) / 2) > 0)
 
 
 def _gram(square: arb, P: acb, N: Sequence[Sequence[acb]], d: Sequence[arb]) -> acb_mat:

@@ -21,6 +21,7 @@ PRECISION = 192
 MOST_LINES, MOST_DETERMINANTS = 8, 40_000
 DEEPEST = 60  # halvings of a piece of path
 ZERO = fmpq(0)
+HAIR = arb(2) ** -60  # by which a region is made larger than asked, far above the rounding of its corners
 FURTHEST = fmpq(2) ** 60  # [rad/s]
 
 
@@ -191,11 +192,12 @@ def in_sector(P: Quasi, ratio: fmpq, low: fmpq, high: fmpq) -> int:
     """How many roots have −Re s/|s| < ratio and low ≤ |s| ≤ high, or lie a little outside these circles."""
     with ctx.workprec(PRECISION):
         Q = P.balls()
-        angle = arb.pi() / 2 + arb(ratio).asin()
+        angle = arb.pi() / 2 + arb(ratio).asin() + HAIR
         pieces = 24
         step = angle / pieces
-        outer = [acb(0, step * k).exp() * acb(arb(high) / (step / 2).cos()) for k in range(pieces + 1)]
-        inner = [acb(0, step * k).exp() * acb(arb(low)) for k in range(pieces, -1, -1)] if low > 0 else [acb(0)]
+        around, within = arb(high) * (1 + HAIR) / (step / 2).cos(), arb(low) * (1 - HAIR)
+        outer = [acb(0, step * k).exp() * acb(around) for k in range(pieces + 1)]
+        inner = [acb(0, step * k).exp() * acb(within) for k in range(pieces, -1, -1)] if low > 0 else [acb(0)]
         path = [acb(p.mid()) for p in (*outer, *inner)]
         path[0], path[-1] = acb(path[0].real), acb(path[-1].real)
         return _count(turn(Q, path) / arb.pi())

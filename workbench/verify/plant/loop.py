@@ -20,6 +20,7 @@ from workbench.verify.plant.block import Matrices, matrices_of, sample_time_of
 from workbench.verify.plant.table import Model, Table
 
 BEFORE = "before "
+MOST_ORDER = 120
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +47,9 @@ class Loop:
         """Raises TableError where signals do not fit together, NotProved where a block has no twin."""
         self.model, self.sample_time = model, model.sample_time
         self._blocks = [(block, matrices_of(block)) for block in table.blocks]
+        order = len(model.system.states) + sum(A.nrows() for _, (A, *_) in self._blocks)
+        if order > MOST_ORDER:
+            raise NotProved(f"a loop of {order} states is more than the checker expands")
         for block, (A, *_) in self._blocks:
             if A.nrows() and sample_time_of(block) != model.sample_time:
                 raise TableError(
