@@ -1,15 +1,16 @@
-"""The explorer: sliders for the seventeen parameters and the operating point, and what they do, at once.
+"""The explorer: sliders for the parameters of any structure, of a vehicle its operating point too, and what they do.
 
     Session (gains, operating point, pins) --snapshot--> Snapshot --picture--> PNG
         ^-- panel: sliders, buttons, tables (ipywidgets); everything it does is a method of the session
 
-`explore(problem)` opens the panel; `Session` alone serves scripts.
+`explore(problem)` opens the panel; `Session` and, of a plant of one's own, `PlantSession` alone serve scripts.
 """
 
+from workbench.explore.plant import PlantSession, PlantShot
 from workbench.explore.session import Pin, Session
 from workbench.explore.snapshot import Snapshot, Sweep, snapshot
 
-__all__ = ["Pin", "Session", "Snapshot", "Sweep", "explore", "snapshot"]
+__all__ = ["Pin", "PlantSession", "PlantShot", "Session", "Snapshot", "Sweep", "explore", "snapshot"]
 
 
 def explore(problem, gains=None, *, state=None):

@@ -9,25 +9,21 @@ A slider shows the design, it does not hold it: whatever value the panel puts on
 rounded to the slider's step. Such an echo is no move, so the design keeps its digits and `undo` its steps.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from html import escape
 from math import floor, log10
 from pathlib import Path
 
-from workbench.control.gains import GAIN_UNITS, TIME_CONSTANTS, Gains
+from workbench.control.gains import Gains
 from workbench.design.problem import Problem
 from workbench.errors import InfeasibleError, InputError
 from workbench.explore.picture import Picture
-from workbench.explore.session import FACTORS, Session
+from workbench.explore.plant import PlantPicture, PlantSession
+from workbench.explore.session import Session
 from workbench.handover.report.style import table_block
 
-GROUPS = {
-    "vertical filters": ("K_h", "K_hdot", "tau_h", "K_zddot", "K_zdot", "tau_z"),
-    "lateral filters": ("K_hp", "K_hpdot", "tau_hp", "K_yddot", "K_ydot", "tau_y"),
-    "modal gains": ("K_heave", "K_pitch", "K_sway", "K_roll", "K_yaw"),
-    "operating point": tuple(FACTORS),
-}
 ECHO = 1e-7  # of a slider's range: the page computes its steps in per cent of it, to seven decimals
+STEPS = 60  # of a slider between two bounds
 SMALL = 0.1  # half range of a slider whose gain is zero
 STYLE = (
     "<style>.wb-explore table{font-size:12px;line-height:1.25}"
@@ -42,32 +38,34 @@ class Explorer:
     Parameters
     ----------
     problem : Problem
-    gains : Gains, optional
-        The problem's approved ones if left out.
+    gains : Gains, or mapping of parameter to value for a plant of one's own, optional
+        The problem's approved ones if left out, or else the structure's own.
     state : path, optional
         A file that keeps gains, operating point and pins; read if it exists, written after every change.
     """
 
-    def __init__(self, problem: Problem, gains: Gains | None = None, *, state: Path | str | None = None) -> None:
+    def __init__(
+        self, problem: Problem, gains: Gains | Mapping[str, float] | None = None, *, state: Path | str | None = None
+    ) -> None:
         import ipywidgets as w
 
-        self.session = Session(problem, gains)
+        self.session, self._picture = _session(problem, gains)
         self._state = None if state is None else Path(state)
         if self._state is not None and self._state.exists():
             self.session.load(self._state)
-        self._picture, self._quiet = Picture(), False
-        self.sliders = {name: self._slider(w, name) for names in GROUPS.values() for name in names}
+        self._quiet = False
+        self.sliders = {name: self._slider(w, name) for names in self.session.groups.values() for name in names}
         self.image = w.Image(format="png", layout=w.Layout(width="100%", max_width="960px"))
         self.verdict, self.table = w.HTML(), w.HTML()
         self.name = w.Text(placeholder="name of the design", layout=w.Layout(width="13em"))
         self.behind = w.Dropdown(options=["–"], description="behind", layout=w.Layout(width="15em"))
         self.file = w.Text(value="gains.json", description="file", layout=w.Layout(width="18em"))
         actions: dict[str, tuple[str, Callable[[], str | None]]] = {
-            "optimise from here": ("Best gains near these, at this operating point", self._optimise),
+            "optimise from here": ("Best gains near these, at this operating point", self.session.optimise),
             "pin this design": ("Keep it for comparison", self._pin),
             "unpin": ("Forget the design named", self._unpin),
-            "undo": ("Back to the gains before", self._undo),
-            "approved gains": ("Back to where the exploration began", self._restart),
+            "undo": ("Back to the gains before", self.session.undo),
+            "approved gains": ("Back to where the exploration began", self.session.restart),
             "export table": ("Write the gain table of this design", self._export),
         }
         self.buttons = {}
@@ -75,9 +73,8 @@ class Explorer:
             self.buttons[label] = w.Button(description=label, tooltip=tip, layout=w.Layout(width="auto"))
             self.buttons[label].on_click(lambda _, act=action: self._do(act))
         self.behind.observe(lambda _: self._show(), "value")
-        self._start = self.session.gains
-        titles = list(GROUPS)
-        boxes = [w.VBox([self.sliders[name] for name in GROUPS[title]]) for title in titles]
+        titles = list(self.session.groups)
+        boxes = [w.VBox([self.sliders[name] for name in names]) for names in self.session.groups.values()]
         accordion = w.Accordion(children=boxes, titles=titles, selected_index=0, layout=w.Layout(width="370px"))
         b = self.buttons
         self.panel = w.VBox(
@@ -98,14 +95,14 @@ class Explorer:
         return self.panel._repr_mimebundle_(**options)
 
     def _slider(self, w, name: str):
-        value = self._held(name)
-        unit = GAIN_UNITS.get(name, "× nominal")
+        session = self.session
+        value, unit, interval = session.held(name), session.unit(name), session.interval(name)
         shown = {"description": name, "continuous_update": True, "readout_format": ".4g"}
         shown |= {"layout": w.Layout(width="340px"), "tooltip": f"{name} [{unit}]"}
-        if name in FACTORS:
-            low, high = FACTORS[name]
-            slider = w.FloatSlider(value=value, min=low, max=high, step=0.01, **shown)
-        elif name in TIME_CONSTANTS and value > 0:
+        if interval is not None:
+            low, high = interval
+            slider = w.FloatSlider(value=value, min=low, max=high, step=(high - low) / STEPS, **shown)
+        elif session.logarithmic(name):
             low, high = _decade(value)
             slider = w.FloatLogSlider(value=value, base=10, min=low, max=high, step=0.01, **shown)
         else:
@@ -117,12 +114,11 @@ class Explorer:
     def _moved(self, name: str, value: float) -> None:
         if self._quiet or self._is_echo(name, value):
             return
-        move = self.session.vary if name in FACTORS else self.session.set
-        self._do(lambda: move(**{name: float(value)}), place=False)
+        self._do(lambda: self.session.move(name, float(value)), place=False)
 
     def _is_echo(self, name: str, value: float) -> bool:
         """Whether a slider's value is that of the session, as the page rounds it to the slider's step."""
-        slider, held = self.sliders[name], self._held(name)
+        slider, held = self.sliders[name], self.session.held(name)
         low, high, step = float(slider.min), float(slider.max), float(slider.step or 0.0)
         if hasattr(slider, "base"):
             if not (held > 0 and value > 0):
@@ -130,10 +126,6 @@ class Explorer:
             held, value = log10(held), log10(value)
         rounded = low + step * floor((held - low) / step + 0.5)
         return min(abs(value - rounded), abs(value - held)) <= ECHO * max(high - low, step)
-
-    def _held(self, name: str) -> float:
-        """The session's own value of what a slider shows."""
-        return self.session.factors[name] if name in FACTORS else getattr(self.session.gains, name)
 
     def _do(self, action: Callable[[], str | None], place: bool = True) -> None:
         """An action with its answer in words; a refusal is shown, not raised."""
@@ -152,8 +144,8 @@ class Explorer:
         """Puts the sliders where the session is."""
         self._quiet = True
         for name, slider in self.sliders.items():
-            value = self._held(name)
-            if name in TIME_CONSTANTS and value > 0:
+            value = self.session.held(name)
+            if hasattr(slider, "base") and value > 0:
                 low, high = _decade(value)
                 slider.min, slider.max = min(slider.min, low), max(slider.max, high)
             else:
@@ -172,17 +164,12 @@ class Explorer:
         pinned = self.session.pins.get(self.behind.value)
         self.image.value = self._picture.png(shot, None if pinned is None else pinned.shot)
         word, colour = ("all requirements met", "#2b7a4b") if shot.met else ("not every requirement met", "#b0281f")
-        if not shot.analysis.stable:
+        if not shot.stable:
             word = "unstable"
-        self.verdict.value = (
-            f"<b>{escape(self.session.problem.title)}</b> · <b style='color:{colour}'>{word}</b> {said}"
-        )
+        title = escape(self.session.problem.title or self.session.problem.name)
+        self.verdict.value = f"<b>{title}</b> · <b style='color:{colour}'>{word}</b> {said}"
         heads, rows = self.session.comparison()
         self.table.value = table_block(heads, rows)
-
-    def _optimise(self) -> str:
-        self.session.optimise()
-        return f"optimised: cost J = {self.session.snapshot.analysis.cost:.4g}"
 
     def _pin(self) -> str:
         return f"pinned as {self.session.pin(self.name.value).name}"
@@ -190,14 +177,15 @@ class Explorer:
     def _unpin(self) -> None:
         self.session.unpin(self.name.value)
 
-    def _undo(self) -> None:
-        self.session.undo()
-
-    def _restart(self) -> None:
-        self.session.set(**self._start.as_dict())
-
     def _export(self) -> str:
         return f"wrote {self.session.write_table(self.file.value)}"
+
+
+def _session(problem: Problem, gains: Gains | Mapping[str, float] | None):
+    """The session of a vehicle or of a plant of one's own, and what draws it."""
+    if not problem.flies:
+        return PlantSession(problem, gains.as_dict() if isinstance(gains, Gains) else gains), PlantPicture()
+    return Session(problem, Gains.from_mapping(gains) if isinstance(gains, Mapping) else gains), Picture()
 
 
 def _decade(value: float) -> tuple[float, float]:

@@ -10,12 +10,19 @@ from pathlib import Path
 from typing import Any
 
 from workbench.control import GAIN_NAMES, Gains
+from workbench.control.gains import GAIN_UNITS, TIME_CONSTANTS
 from workbench.design.problem import Problem
 from workbench.errors import InputError, unknown_name
 from workbench.explore.snapshot import Snapshot, Sweep, snapshot
 from workbench.result import figure
 
 FACTORS = {"mass": (0.7, 1.3), "current_force": (0.7, 1.3), "gap_force": (0.7, 1.3)}  # of the nominal vehicle
+GROUPS = {
+    "vertical filters": ("K_h", "K_hdot", "tau_h", "K_zddot", "K_zdot", "tau_z"),
+    "lateral filters": ("K_hp", "K_hpdot", "tau_hp", "K_yddot", "K_ydot", "tau_y"),
+    "modal gains": ("K_heave", "K_pitch", "K_sway", "K_roll", "K_yaw"),
+    "operating point": tuple(FACTORS),
+}
 STATE = "maglev-workbench exploration"
 
 
@@ -50,13 +57,42 @@ class Session:
             raise InputError(
                 f"an exploration needs gains to start from; problem {problem.name!r} has none approved. Give gains=…."
             )
-        self.nominal, self.problem, self.gains = problem, problem, gains
+        self.nominal, self.problem, self.gains, self.begun = problem, problem, gains, gains
         self.factors = dict.fromkeys(FACTORS, 1.0)
         self.moved = "K_h"
         self.pins: dict[str, Pin] = {}
         self.past: list[Gains] = []
         self._sweep: Sweep | None = None
         self._shot: Snapshot | None = None
+
+    @property
+    def groups(self) -> dict[str, tuple[str, ...]]:
+        """The sliders, by title."""
+        return GROUPS
+
+    def held(self, name: str) -> float:
+        """The present value of a slider."""
+        return self.factors[name] if name in FACTORS else getattr(self.gains, name)
+
+    def unit(self, name: str) -> str:
+        """Its unit."""
+        return GAIN_UNITS.get(name, "× nominal")
+
+    def interval(self, name: str) -> tuple[float, float] | None:
+        """Where it may move; None for around its value."""
+        return FACTORS.get(name)
+
+    def logarithmic(self, name: str) -> bool:
+        """Whether it moves by factors, as a positive time constant does."""
+        return name in TIME_CONSTANTS and self.held(name) > 0
+
+    def move(self, name: str, value: float) -> None:
+        """Changes one gain or factor."""
+        (self.vary if name in FACTORS else self.set)(**{name: value})
+
+    def restart(self) -> None:
+        """Back to the gains where the exploration began."""
+        self.set(**self.begun.as_dict())
 
     @property
     def snapshot(self) -> Snapshot:
@@ -93,8 +129,8 @@ class Session:
         if self.past:
             self.gains, self._shot = self.past.pop(), None
 
-    def optimise(self) -> None:
-        """The best gains near the present ones, at the present operating point.
+    def optimise(self) -> str:
+        """The best gains near the present ones, at the present operating point; says how good they are.
 
         Raises InfeasibleError, with the sentence that says what binds, and changes nothing.
         """
@@ -103,6 +139,7 @@ class Session:
         better = refine(self.problem, self.gains).gains
         self.past.append(self.gains)
         self.gains, self._shot = better, None
+        return f"optimised: cost J = {self.snapshot.analysis.cost:.4g}"
 
     def pin(self, name: str = "") -> Pin:
         """Keeps the present design under a name; an old one of that name is replaced."""

@@ -48,6 +48,11 @@ class Snapshot(Result):
     locus: np.ndarray
 
     @property
+    def stable(self) -> bool:
+        """Whether the loop is."""
+        return self.analysis.stable
+
+    @property
     def met(self) -> bool:
         """Whether the loop is stable and every requirement is met."""
         return self.analysis.stable and all(v.met for v in self.requirements)
