@@ -32,11 +32,10 @@ if TYPE_CHECKING:
     )  # fmt: skip
     from workbench.control.structure.space import expression, modal_law, state_space, transfer_function
     from workbench.control.structure.structure import Structure
+    from workbench.design.asked import analyse, margins, robust, trade_off
     from workbench.design.design import design
     from workbench.design.problem import Problem
-    from workbench.design.robust import robust_design as robust
     from workbench.design.scheduled import schedule_design as schedule
-    from workbench.design.tradeoff import trade_off
     from workbench.files.problem import load_problem as load
     from workbench.handover.table.table import read_table
     from workbench.lti.connect import connect
@@ -50,9 +49,9 @@ FACE = {
     "Structure": ("control.structure.structure", "Structure"),
     "Parameter": ("control.structure.block", "Parameter"),
     "design": ("design.design", "design"),
-    "robust": ("design.robust", "robust_design"),
+    "robust": ("design.asked", "robust"),
     "schedule": ("design.scheduled", "schedule_design"),
-    "trade_off": ("design.tradeoff", "trade_off"),
+    "trade_off": ("design.asked", "trade_off"),
     "analyse": ("design.asked", "analyse"),
     "margins": ("design.asked", "margins"),
     "simulate": ("simulation.simulate", "simulate"),

@@ -16,6 +16,7 @@ from typing import Any
 
 from workbench.design.design import STARTS, design, method_of
 from workbench.design.model import STANDARD_BOX, Variation
+from workbench.design.plant_analysis import analysis_of
 from workbench.design.problem import Problem
 from workbench.design.record import Design, Start
 from workbench.design.robust import ROUNDS as ROBUST_ROUNDS
@@ -26,6 +27,7 @@ from workbench.design.scheduled import ScheduledDesign, schedule_design
 from workbench.design.tradeoff import TradeOff, trade_off
 from workbench.errors import InputError
 from workbench.goals.ride.requirement import boxed
+from workbench.handover.report.plant import plant_report
 from workbench.handover.report.report import report_html
 from workbench.handover.report.schedule import with_schedule
 from workbench.handover.table.plant import PlantTable
@@ -240,9 +242,6 @@ def _proved(table: GainTable, problem: Problem, show: Show) -> GainTable:
 def _report(found: Design, evidence, curve: TradeOff | None, kept: dict[str, Any], table) -> str:
     """The page."""
     if not found.problem.flies:
-        from workbench.design.plant_analysis import analysis_of
-        from workbench.handover.report.plant import plant_report
-
         return plant_report(analysis_of(found), table=table)
     page = report_html(found, trade_off=curve, robustness=kept, table=table)
     return with_schedule(page, evidence) if isinstance(evidence, ScheduledDesign) else page

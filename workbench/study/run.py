@@ -100,6 +100,33 @@ class StudyResult(Result):
         ]
 
 
+def study(
+    given: Study | Path | str,
+    folder: Path | str | None = None,
+    *,
+    workers: int = 1,
+    scheduler: str | None = None,
+    fresh: bool = False,
+    trust: bool = False,
+    on_rows: Callable[[int, int], None] | None = None,
+    deadline: Deadline | None = None,
+) -> StudyResult:
+    """A study, or the one that a file describes, run or resumed in a folder; results/<name> if left out.
+
+    The rest as of `run_study`.
+    """
+    if isinstance(given, Study):
+        asked, stem = given, given.name
+    else:
+        from workbench.study.file import read_study
+
+        asked, stem = read_study(Path(given)), Path(given).stem
+    place = Path("results") / stem if folder is None else Path(folder)
+    return run_study(
+        asked, place, workers=workers, scheduler=scheduler, fresh=fresh, trust=trust, on_rows=on_rows, deadline=deadline
+    )
+
+
 def run_study(
     study: Study,
     folder: Path,

@@ -1,0 +1,210 @@
+"""What is asked of a problem or a design by name, whether it flies or not.
+
+problem or design --analyse--> poles, verdicts, margins; a vehicle's ride too
+                  --margins--> every break point of every loop
+                  --robust---> parameters for a box of models        --trade_off--> cost over one limit
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from time import perf_counter
+
+from workbench.analysis.full import FullAnalysis, full_analysis
+from workbench.control import Gains
+from workbench.design.design import FEW, STARTS, design, method_of
+from workbench.design.loop_margins import LoopMargins
+from workbench.design.model import STANDARD_BOX, Box, Variation
+from workbench.design.nonsmooth import SECONDS
+from workbench.design.plant_analysis import PlantAnalysis, plant_analysis
+from workbench.design.problem import Problem
+from workbench.design.record import Design, Start, given, printed
+from workbench.design.robust import RobustDesign, robust_design
+from workbench.design.tradeoff import TradeOff
+from workbench.design.tradeoff import trade_off as vehicle_trade_off
+from workbench.design.tuner.robust import tune_robust
+from workbench.errors import InfeasibleError, InputError, unknown_name
+from workbench.goals.verdict import Verdict, shortfall
+from workbench.result import Result, Row
+
+Values = Gains | Mapping[str, float]
+
+
+def analyse(given_one: Problem | Design, values: Values | None = None) -> FullAnalysis | PlantAnalysis:
+    """What values of the parameters do; those of the design, else the approved ones, if left out.
+
+    Raises InputError where there are none.
+    """
+    problem, chosen = _chosen(given_one, values)
+    if not problem.flies:
+        return plant_analysis(problem, chosen)
+    gains = chosen if isinstance(chosen, Gains) else Gains.from_mapping(chosen)
+    return full_analysis(problem.setting, gains, problem.name)
+
+
+def margins(given_one: Problem | Design, values: Values | None = None) -> LoopMargins:
+    """Gain, phase, delay and disk margins of every break point, one at a time, and all commands or measurements at
+    once; of the design's values, else the approved ones, if left out.
+    """
+    problem, chosen = _chosen(given_one, values)
+    return given(problem, chosen).margins()
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class RobustPlant(Result):
+    """Parameters for the worst models of a box, as far as a search finds them.
+
+    design : judged on every model visited, each verdict naming the worst;  nominal : on the problem's own model
+    visited : label of a model to the values it is made of;  settled : whether the last search found nothing worse
+    """
+
+    design: Design
+    nominal: Design
+    visited: Mapping[str, Mapping[str, float]]
+    settled: bool
+    rounds: int
+    seconds: float
+
+    def rows(self) -> list[Row]:
+        return [("models designed for", len(self.visited), ""), ("settled", self.settled, ""), *self.design.rows()]
+
+
+def robust(
+    problem: Problem, box: Mapping[str, tuple[float, float]] | Variation | None = None, *, starts: int | None = None,
+    seed: int = 0, method: str | None = None, start: Values | None = None, workers: int = 1,
+    on_start: Callable[[Start], None] | None = None, on_round: Callable[[int, str], None] | None = None,
+    seconds: float | None = None,
+) -> RobustDesign | RobustPlant:  # fmt: skip
+    """Parameters that keep the goals at every model of a box, wherever a search looked.
+
+    Parameters
+    ----------
+    box : name to (low, high) of what the models are made of; of a vehicle also a `Variation`, and the problem's own or
+        the standard box if left out
+    starts, seed, method, start, workers, on_start : as of `design`
+    on_round : of a vehicle, called after each round with its number and what the search said
+    seconds : of the search
+
+    Raises
+    ------
+    InfeasibleError
+        If a hard goal is kept by no parameters everywhere: names it, the model and the value.
+    InputError
+        If there is nothing to vary.
+    """
+    how = method_of(problem, method)
+    if problem.flies:
+        named = Variation(box=Box(dict(box))) if isinstance(box, Mapping) else box
+        gains = start if start is None or isinstance(start, Gains) else Gains.from_mapping(start)
+        return robust_design(
+            problem, named or problem.variation or Variation(box=STANDARD_BOX), starts=starts or STARTS, seed=seed,
+            solver=how, workers=workers, start=gains, on_start=on_start, on_round=on_round,
+            time_budget=900.0 if seconds is None else seconds,
+        )  # fmt: skip
+    if not isinstance(box, Mapping) or len(problem.systems) != 1:
+        raise InputError("a robust design needs one model and a box, name to (low, high), of what it is made of.")
+    begun, structure = perf_counter(), problem.structure
+    if start is not None:
+        structure = structure.with_values(dict(start) if isinstance(start, Mapping) else start.as_dict())
+    found = tune_robust(
+        lambda values: problem.models.at(values).systems[0], box, structure, problem.goals, starts=starts or FEW,
+        seed=seed, workers=workers, budget_seconds=2 * SECONDS if seconds is None else seconds,
+    )  # fmt: skip
+    visited = {v.label: v.parameters for v in found.visited}
+    models = [replace(problem.models.at(v).systems[0], name=label) for label, v in visited.items()]
+    whole = problem.with_models(models)
+    design = printed(whole, found.tuning.values, starts=(), binding=(), seed=seed, solver=how)
+    return RobustPlant(
+        design=design, nominal=given(problem, design.values, seed=seed, solver=how), visited=visited,
+        settled=found.settled, rounds=found.rounds, seconds=perf_counter() - begun,
+    )  # fmt: skip
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class PlantTradeOff(Result):
+    """The largest soft goal for each limit of one goal; None where the hard goals cannot be met together."""
+
+    goal: str
+    unit: str
+    limits: tuple[float, ...]
+    costs: tuple[float | None, ...]
+    designs: tuple[Design | None, ...]
+    reasons: tuple[str, ...]
+
+    def rows(self) -> list[Row]:
+        pairs = zip(self.limits, self.costs, strict=True)
+        return [(f"{self.goal} at {limit:.4g} {self.unit}", cost, "") for limit, cost in pairs]
+
+
+def trade_off(
+    given_one: Problem | Design, quantity: str, limits: Sequence[float], *, starts: int | None = None, seed: int = 0,
+    workers: int = 1, on_limit: Callable[[float, float | None], None] | None = None, seconds: float | None = None,
+) -> TradeOff | PlantTradeOff:  # fmt: skip
+    """The best cost for each limit of one goal, the others as they are, from the design's values where one is given.
+
+    Parameters
+    ----------
+    quantity : name of the goal; its `limit` is what changes
+    limits : in the goal's own unit (SI), in any order
+    starts, seed, workers : as of `design`;  seconds : of each search, for a plant of one's own
+    on_limit : called with each limit and the cost found there
+    """
+    problem = given_one.problem if isinstance(given_one, Design) else given_one
+    if problem.flies:
+        start = given_one.gains if isinstance(given_one, Design) else None
+        return vehicle_trade_off(
+            problem, quantity, limits, start=start, starts=starts or STARTS, seed=seed, workers=workers,
+            on_limit=on_limit,
+        )  # fmt: skip
+    known = {goal.name: goal for goal in problem.goals}
+    if quantity not in known:
+        raise unknown_name("goal", quantity, known)
+    swept = known[quantity]
+    if not limits or not isinstance(getattr(swept, "limit", None), int | float):
+        raise InputError(f"a trade-off sweeps the constant limit of a goal; {quantity!r} has none, or no limits came.")
+    order = sorted(limits, reverse=swept.sense == "<=")
+    found: list[Design | None] = []
+    reasons = []
+    values = dict(given_one.values) if isinstance(given_one, Design) else None
+    for limit in order:
+        others = [goal for goal in problem.goals if goal is not swept]
+        asked = problem.with_goals([*others, replace(swept, limit=limit, hard=True, name=quantity)])
+        try:
+            found.append(design(asked, starts=starts, seed=seed, workers=workers, start=values, seconds=seconds))
+            values, reason = dict(found[-1].values), ""  # pyright: ignore[reportOptionalMemberAccess]
+        except InfeasibleError as error:
+            found.append(None)
+            reason = " ".join(str(error).split())
+        reasons.append(reason)
+        if on_limit:
+            on_limit(limit, _soft(found[-1], quantity))
+    return PlantTradeOff(
+        goal=quantity, unit=swept.unit, limits=tuple(order), costs=tuple(_soft(d, quantity) for d in found),
+        designs=tuple(found), reasons=tuple(reasons),
+    )  # fmt: skip
+
+
+def _soft(found: Design | None, swept: str) -> float | None:
+    """The largest soft goal, 1 at its limit; None without a design or a soft goal."""
+    if found is None:
+        return None
+    soft = {goal.name for goal in found.problem.goals if not goal.hard and goal.name != swept}
+    return max((1 + _missed((v, {})) for v in found.verdicts if v.name in soft), default=None)
+
+
+def _missed(pair: tuple[Verdict, object]) -> float:
+    """By which fraction of its limit a verdict's value misses it."""
+    verdict = pair[0]
+    if verdict.value is None:
+        return float("inf")
+    value = verdict.value if verdict.upper is None else verdict.upper
+    return shortfall(verdict.sense, verdict.limit, value) if verdict.limit else value
+
+
+def _chosen(given_one: Problem | Design, values: Values | None) -> tuple[Problem, Values]:
+    """The problem, and the values that are meant."""
+    if isinstance(given_one, Design):
+        return given_one.problem, given_one.values if values is None else values
+    chosen = given_one.approved if values is None else values
+    if chosen is None and given_one.flies:
+        raise InputError(f"problem {given_one.name!r} has no approved gains; give some, or design it first.")
+    return given_one, {} if chosen is None else chosen
