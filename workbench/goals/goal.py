@@ -199,6 +199,11 @@ class Goal:
 
     # ---- in data files
 
+    @property
+    def word(self) -> str:
+        """The kind of this goal, as data files say it."""
+        return self.kind
+
     @classmethod
     def all_kinds(cls) -> tuple[str, ...]:
         """The kinds of this class: one, unless it measures one quantity at several places."""
@@ -282,7 +287,7 @@ class Goal:
             return None
         reached = verdict.value if verdict.upper is None else verdict.upper
         limit = None if reached is None else kept_limit(verdict.limit, reached, verdict.sense)
-        return None if limit is None else self.promised(self.proof or self.kind, verdict.sense, limit)
+        return None if limit is None else self.promised(self.proof or self.word, verdict.sense, limit)
 
     def promised(self, kind: str, sense: Sense, limit: float) -> Promise:
         """A promise of what this goal looks at."""

@@ -68,9 +68,9 @@ def data_of(goal: Goal) -> dict[str, Any]:
 
     Raises InputError where a field has no form in a data file (a system given as an object).
     """
-    found: dict[str, Any] = {"kind": goal.kind}
+    found: dict[str, Any] = {"kind": goal.word}
     for field, value in goal.stated().items():
-        for key in keys_of(goal.kind):
+        for key in keys_of(goal.word):
             said = key.data(value) if key.target == field else None
             if said is not None:
                 found[key.name] = said

@@ -18,7 +18,6 @@ from workbench.goals.ride.rms_gap import ENDS, gap_squares
 class PeakGapChange(Requirement):
     """Static error and 3σ of a gap [m] at the worse end is at most this."""
 
-    kind = property(lambda self: self.name)
     sense, unit = "<=", "m"
     in_analysis = True
     rests_on_squares = True

@@ -130,6 +130,10 @@ class Requirement(Goal):
         return cls(**values, name=kind)
 
     @property
+    def word(self) -> str:
+        return self.name
+
+    @property
     def place(self) -> Place:
         """Where the quantity is taken, of a kind with several places."""
         return self.places[self.name]

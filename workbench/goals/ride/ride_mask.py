@@ -21,7 +21,6 @@ AXES = {"vertical": "acceleration z", "lateral": "acceleration y"}  # classes of
 class RideMask(Requirement):
     """Acceleration densities over the ride mask are at most this at every point and frequency of the mask."""
 
-    kind = property(lambda self: self.name)
     sense, unit = "<=", "1"
     places = {  # noqa: RUF012 (a mapping that nobody changes)
         "vertical ride mask ratio": Place(Key("vertical_ride_mask_ratio_at_most", "limit"), direction="vertical"),

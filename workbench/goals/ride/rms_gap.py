@@ -20,7 +20,6 @@ ENDS = ("front", "rear")
 class RmsGap(Requirement):
     """The rms change of a gap [m] at the front or rear coil sets is at most this."""
 
-    kind = property(lambda self: self.name)
     sense, unit = "<=", "m"
     in_analysis = True
     rests_on_squares = True

@@ -17,7 +17,6 @@ class StaticGapError(Requirement):
     Source: guide, Definitions: Static error.
     """
 
-    kind = property(lambda self: self.name)
     sense, unit = "<=", "m"
     in_analysis = True
     places = {  # noqa: RUF012 (a mapping that nobody changes)
