@@ -10,7 +10,7 @@ from workbench.control.structure.blocks import gain, pid
 from workbench.control.structure.structure import Structure
 from workbench.design.static.feedback import static_feedback
 from workbench.design.tuner import tune, tune_robust
-from workbench.design.tuner.programme import Labelled, Programme
+from workbench.design.tuner.pieces import GoalPieces, Labelled
 from workbench.design.tuner.stabilise import Abscissa
 from workbench.errors import InputError
 from workbench.goals import Gain, Sensitivity
@@ -72,7 +72,7 @@ def through():
 def test_a_point_without_solution_is_outside_the_domain_and_not_the_end():
     structure = Structure(gain("y", "u", Parameter("k", 0.5, -50.0, 50.0)))
     goal = Gain(inputs=("w",), outputs=("y",))
-    programme = Programme([Labelled("through", through())], structure, [goal])
+    programme = GoalPieces([Labelled("through", through())], structure, [goal])
     singular = np.ones(1)
     assert Abscissa(programme.loops, structure)(singular) == []
     assert programme.at(singular) is None

@@ -10,7 +10,7 @@ from workbench.control.structure.blocks import gain, low_pass, pid, pid_two_degr
 from workbench.control.structure.loop import Loop
 from workbench.control.structure.space import state_space
 from workbench.control.structure.structure import Structure
-from workbench.design.tuner.programme import Labelled, Programme
+from workbench.design.tuner.pieces import GoalPieces, Labelled
 from workbench.goals import Sensitivity
 from workbench.lti import Plant
 from workbench.lti.make import tf
@@ -288,7 +288,7 @@ def test_an_unstable_mode_that_a_goal_does_not_see_still_makes_the_tuning_unstab
     goal = Sensitivity(points=("u",), limit=1.5, openings=("wanted",))
     assert goal.bind(loop).exact(K).value < 1
     assert loop.unstable_poles(K) == 1
-    programme = Programme([Labelled("cascade", loop.model)], loop.structure, [goal])
+    programme = GoalPieces([Labelled("cascade", loop.model)], loop.structure, [goal])
     assert programme.at(theta) is None
     assert programme.exact_values(theta)[0].value == np.inf
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from workbench.design.problem import Problem
 from workbench.design.record import Design, Start, printed
-from workbench.design.tuner.programme import Labelled
+from workbench.design.tuner.pieces import Labelled
 from workbench.design.tuner.tune import Progress, refuse_unmet, tune_labelled
 from workbench.errors import unknown_name
 from workbench.machine.budget import current

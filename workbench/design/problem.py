@@ -21,7 +21,7 @@ from workbench.control.structure.block import Block
 from workbench.control.structure.loop import Loop
 from workbench.control.structure.structure import Structure
 from workbench.design.models import Maker, VehicleModels, maker_of
-from workbench.design.tuner.programme import distinct
+from workbench.design.tuner.pieces import distinct
 from workbench.errors import InputError, unknown_name
 from workbench.lti.model import Model
 from workbench.lti.sums import terms

@@ -17,7 +17,7 @@ from time import perf_counter
 
 import numpy as np
 
-from workbench.design.tuner.programme import Programme
+from workbench.design.tuner.pieces import GoalPieces, Smooth
 from workbench.design.tuner.stabilise import parameter_scale
 from workbench.solve.nonsmooth import Minimum, minimise
 
@@ -47,7 +47,7 @@ class Descent:
 
 
 def descend(
-    programme: Programme, theta: np.ndarray, *, until: float, seed: int = 0,
+    programme: GoalPieces, theta: np.ndarray, *, until: float, seed: int = 0,
     on_step: Callable[[str, np.ndarray, float, float], bool | None] | None = None,
 ) -> Descent:  # fmt: skip
     """From stable parameters to the smallest soft value found under g < 1."""
@@ -55,13 +55,14 @@ def descend(
 
 
 class _Descent:
-    def __init__(self, programme: Programme, until: float, seed: int, on_step) -> None:
+    def __init__(self, programme: GoalPieces, until: float, seed: int, on_step) -> None:
         self._programme, self._until, self._seed = programme, until, seed
         self._on_step, self.ended = on_step, False
         self._scale = parameter_scale(programme.structure)
+        self._last: tuple[bytes, Smooth | None] | None = None  # asked for several times in a step
 
     def run(self, theta: np.ndarray) -> Descent:
-        here = self._programme.at(theta)
+        here = self._at(theta)
         if here is None:
             return Descent(theta, math.inf, math.inf, None)
         if len(theta) == 0:
@@ -78,8 +79,11 @@ class _Descent:
             return self._descent(last.x, last)
         return self._alternate(self._penalised(best))
 
-    def _at(self, theta: np.ndarray):
-        return self._programme.at(theta)
+    def _at(self, theta: np.ndarray) -> Smooth | None:
+        key = np.ascontiguousarray(theta).tobytes()
+        if self._last is None or self._last[0] != key:
+            self._last = (key, self._programme.at(theta))
+        return self._last[1]
 
     def _descent(self, theta: np.ndarray, last: Minimum | None) -> Descent:
         here = self._at(theta)
@@ -161,7 +165,7 @@ class _Descent:
         programme = self._programme
 
         def goals(x: np.ndarray):
-            here = programme.at(x)
+            here = self._at(x)
             if here is None:
                 return []
             soft = [(alpha * value, alpha * gradient) for value, gradient in here.soft] if alpha else []
@@ -175,11 +179,11 @@ class _Descent:
 
         def pieces(x: np.ndarray):
             """The goals, and the decay as a constraint that binds where it is that of the start's largest value."""
-            here = programme.at(x)
+            here = self._at(x)
             return [] if here is None else goals(x) + [(size * v, size * g) for v, g in here.decay]
 
         def told(x: np.ndarray, value: float) -> bool:
-            here = programme.at(x)
+            here = self._at(x)
             if self._on_step is not None and here is not None:
                 self.ended = bool(self._on_step(words, x, here.largest_soft, here.largest_hard))
             return self.ended

@@ -17,7 +17,7 @@ from time import perf_counter
 import numpy as np
 
 from workbench.control.structure.structure import Structure
-from workbench.design.tuner.programme import Labelled, Programme
+from workbench.design.tuner.pieces import GoalPieces, Labelled
 from workbench.design.tuner.result import Tuning
 from workbench.design.tuner.tune import Progress, refuse_unmet, tune_labelled
 from workbench.errors import InfeasibleError, InputError
@@ -26,6 +26,7 @@ from workbench.lti.model import Model
 from workbench.machine.budget import checked_budget
 from workbench.machine.threads import one_thread
 from workbench.result import Result, Row
+from workbench.solve.exchange import Found, exchange
 
 MOST_VERTICES = 64  # of the box; a random choice of them where there are more
 SHRINKS = 6  # halvings of the compass search's step, from a quarter of the box
@@ -104,46 +105,73 @@ def tune_robust(
     names, low, high = _checked(box)
     if rounds < 1 or searches < 1:
         raise InputError(f"rounds and searches must be at least 1; got {rounds!r} and {searches!r}.")
-    points = [(low + high) / 2]
-    models = [Labelled("centre", model_of(dict(zip(names, points[0].tolist(), strict=True))))]
-    visited = [Visited(label="centre", parameters=_named(names, points[0]), goal="", value=math.nan)]
-    generator, theta, settled = np.random.default_rng(seed), start, False
-    for k in range(rounds):
+    generator = np.random.default_rng(seed)
+
+    def visit(point: np.ndarray, goal: str, value: float, label: str = "") -> Visited:
+        label = label or ", ".join(f"{name} {v:.4g}" for name, v in zip(names, point, strict=True))
+        return Visited(label=label, parameters=_named(names, point), goal=goal, value=value)
+
+    models: dict[str, Labelled] = {}
+
+    def modelled(one: Visited) -> Labelled:
+        if one.label not in models:
+            models[one.label] = Labelled(one.label, model_of(one.parameters))
+        return models[one.label]
+
+    def solve(held: tuple[Visited, ...], last: _Tuned | None) -> _Tuned:
         left = budget_seconds - (perf_counter() - begun)
         tuning = tune_labelled(
-            models, structure, list(goals), starts=starts if k == 0 else 1, seed=seed, workers=workers, start=theta,
-            budget_seconds=max(left / 2 if k == 0 else left, 0.1), on_progress=on_progress, refuse=False,
+            [modelled(one) for one in held], structure, list(goals),
+            starts=starts if last is None else 1, seed=seed, workers=workers,
+            start=start if last is None else last.tuning.theta,
+            budget_seconds=max(left / 2 if last is None else left, 0.1), on_progress=on_progress, refuse=False,
         )  # fmt: skip
-        theta = tuning.theta
         refuse_unmet(tuning)
         with one_thread():
-            found = _Box(model_of, names, low, high, structure, goals, theta, generator).worst(searches)
-        soft = max((value for goal, _, value in found if not goal.hard), default=-math.inf)
-        hard = max((value for goal, _, value in found if goal.hard), default=-math.inf)
-        limit = (tuning.soft if tuning.soft is not None else math.inf) * (1 + tolerance)
-        worse = [f for f in found if f[2] > (1.0 if f[0].hard else limit)]
-        fresh = []
+            sought = _Sought(model_of, names, low, high, structure, goals, tuning.theta, generator)
+            return _Tuned(tuning, tuple(sought.worst(searches)))
+
+    def search(held: tuple[Visited, ...], tuned: _Tuned) -> Found[Visited]:
+        soft = tuned.tuning.soft
+        limit = (soft if soft is not None else math.inf) * (1 + tolerance)
+        worse = [f for f in tuned.worst if f[2] > (1.0 if f[0].hard else limit)]
+        fresh: list[Visited] = []
         for goal, point, value in worse:
-            if all(np.max(np.abs(point - other) / _width(low, high)) > SAME for other in points):
-                points.append(point)
-                label = ", ".join(f"{name} {v:.4g}" for name, v in zip(names, point, strict=True))
-                fresh.append(Visited(label=label, parameters=_named(names, point), goal=goal.name, value=value))
-                models.append(Labelled(label, model_of(fresh[-1].parameters)))
-        settled = not worse
-        if not fresh or perf_counter() - begun > budget_seconds or k == rounds - 1:
-            break
-        visited += fresh
-    if any(goal.hard and value > 1 for goal, _, value in found):
-        goal, point, value = max((f for f in found if f[0].hard), key=lambda f: f[2])
-        shown = ", ".join(f"{name} {v:.4g}" for name, v in zip(names, point, strict=True))
+            known = [np.array([one.parameters[name] for name in names]) for one in (*held, *fresh)]
+            if all(np.max(np.abs(point - other) / _width(low, high)) > SAME for other in known):
+                fresh.append(visit(point, goal.name, value))
+        stop = "what is worse is among the models already" if worse and not fresh else ""
+        return Found(not worse, tuple(fresh), stop=stop)
+
+    done = exchange(
+        (visit((low + high) / 2, "", math.nan, "centre"),), solve, search, lambda held, _, fresh: (*held, *fresh),
+        rounds=rounds, expired=lambda: perf_counter() - begun > budget_seconds,
+    )  # fmt: skip
+    tuned = done.answer
+    if tuned.largest(hard=True) > 1:
+        goal, point, value = max((f for f in tuned.worst if f[0].hard), key=lambda f: f[2])
         raise InfeasibleError(
-            f"hard goal {goal.name!r} must be at most 1 in the whole box; {value:.5g} was found at {shown} after "
-            f"{k + 1} rounds. Shrink the box, relax the goal, or allow more rounds or time."
+            f"hard goal {goal.name!r} must be at most 1 in the whole box; {value:.5g} was found at "
+            f"{visit(point, '', value).label} after {len(done.rounds)} rounds. Shrink the box, relax the goal, or "
+            "allow more rounds or time."
         )
     return RobustTuning(
-        tuning=tuning, visited=tuple(visited), worst_soft=soft, worst_hard=hard, settled=settled, rounds=k + 1,
+        tuning=tuned.tuning, visited=done.held, worst_soft=tuned.largest(hard=False),
+        worst_hard=tuned.largest(hard=True), settled=done.settled, rounds=len(done.rounds),
         seconds=perf_counter() - begun,
     )  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class _Tuned:
+    """A tuning and the worst point of the box found for each goal, with its value there."""
+
+    tuning: Tuning
+    worst: tuple[tuple[Goal, np.ndarray, float], ...]
+
+    def largest(self, *, hard: bool) -> float:
+        """Largest value of a hard or of a soft goal, −inf without one."""
+        return max((value for goal, _, value in self.worst if goal.hard == hard), default=-math.inf)
 
 
 def _checked(box) -> tuple[tuple[str, ...], np.ndarray, np.ndarray]:
@@ -164,7 +192,7 @@ def _width(low: np.ndarray, high: np.ndarray) -> np.ndarray:
     return np.where(high > low, high - low, 1.0)
 
 
-class _Box:
+class _Sought:
     """Goals as functions of the parameters, at fixed free parameters of the controller."""
 
     def __init__(self, model_of, names, low, high, structure, goals, theta, generator) -> None:
@@ -177,7 +205,7 @@ class _Box:
         key = point.tobytes()
         if key not in self._known:
             model = self._model_of(_named(self._names, point))
-            programme = Programme([Labelled("here", model)], self._structure, self._goals)
+            programme = GoalPieces([Labelled("here", model)], self._structure, self._goals)
             if programme.abscissa.value(self._theta) < 0:
                 self._known[key] = [value.value for value in programme.smooth_values(self._theta)]
             else:

@@ -9,7 +9,7 @@ search is repeated with a smaller target for that goal.
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from time import perf_counter
 
 import numpy as np
@@ -18,7 +18,7 @@ from workbench.control.structure.block import Controller
 from workbench.control.structure.loop import Loop
 from workbench.control.structure.structure import Structure
 from workbench.design.tuner.constrained import Descent, descend
-from workbench.design.tuner.programme import Labelled, Programme
+from workbench.design.tuner.pieces import USUAL, GoalPieces, Labelled
 from workbench.design.tuner.result import StartReport, TunedGoal, Tuning
 from workbench.design.tuner.stabilise import random_start, stabilise
 from workbench.errors import InfeasibleError, InputError
@@ -26,6 +26,8 @@ from workbench.goals.goal import Goal, Value
 from workbench.lti.model import Model
 from workbench.machine.budget import checked_budget
 from workbench.machine.threads import one_thread
+from workbench.solve.exchange import Found, exchange
+from workbench.solve.multistart import ends
 
 ROUNDS = 3  # of repeating the best start with a smaller target where exact and steering values differ
 FAR = 2.0  # exact hard value beyond which steering and exact measure do not speak of the same thing: no repetition
@@ -121,7 +123,7 @@ def tune_labelled(
     """`tune` for labelled models; with refuse=False a hard goal that is not met is reported, not raised."""
     begun = perf_counter()
     with one_thread():  # small matrices: more threads only wait for each other
-        programme = Programme(models, structure, goals, min_decay)
+        programme = GoalPieces(models, structure, goals, USUAL if min_decay is None else min_decay)
         centre = structure.start if start is None else np.asarray(start, float).ravel()
         if centre.shape != structure.start.shape:
             raise InputError(
@@ -130,34 +132,14 @@ def tune_labelled(
         box = structure.bounds
         if len(centre) and not np.all((centre >= box[:, 0]) & (centre <= box[:, 1])):
             raise InputError("start must lie within the structure's bounds; move it or widen them.")
-        if workers > 1 and starts > 1:
-            ends = _side_by_side(models, programme, centre, starts, seed, budget_seconds, workers, on_progress)
-        else:
-            ends = _one_by_one(programme, centre, starts, seed, budget_seconds, on_progress)
-        if all(end.descent is None for end in ends):
-            raise InfeasibleError(min(ends, key=lambda end: end.number).refusal)
-        chosen = _chosen(programme, ends, centre, seed, begun + budget_seconds)
-        return _tuning(programme, chosen, ends, begun, refuse)
+        log = _ends(models, programme, centre, starts, seed, budget_seconds, workers, on_progress)
+        if all(end.descent is None for end in log):
+            raise InfeasibleError(log[0].refusal)
+        chosen = _chosen(programme, log, centre, seed, begun + budget_seconds)
+        return _tuning(programme, chosen, log, begun, refuse)
 
 
-def _one_by_one(programme: Programme, centre, starts: int, seed: int, budget: float, on_progress) -> list[_End]:
-    begun, ends, ended = perf_counter(), [], False
-    for k in range(starts):
-        left = budget - (perf_counter() - begun)
-        if ends and (left <= 0 or ended or len(centre) == 0):
-            break
-
-        def told(words: str, theta: np.ndarray, soft: float, hard: float, number=k + 1) -> bool:
-            nonlocal ended
-            if on_progress is not None:
-                ended = bool(on_progress(Progress(number, words, soft, hard, perf_counter() - begun)))
-            return ended
-
-        ends.append(_run_start(programme, centre, k, seed, left / (starts - k), told))
-    return ends
-
-
-def _run_start(programme: Programme, centre: np.ndarray, k: int, seed: int, budget: float, told) -> _End:
+def _run_start(programme: GoalPieces, centre: np.ndarray, k: int, seed: int, budget: float, told) -> _End:
     """One start, from its parameters to where it ends."""
     begun = perf_counter()
     structure = programme.structure
@@ -174,36 +156,38 @@ def _run_start(programme: Programme, centre: np.ndarray, k: int, seed: int, budg
     return _End(k + 1, end, perf_counter() - begun, "")
 
 
-def _in_process(payload) -> _End:
-    models, structure, goals, min_decay, centre, k, seed, budget = payload
-    with one_thread():
-        return _run_start(Programme(models, structure, goals, min_decay), centre, k, seed, budget, None)
+def _starter(shared) -> Callable[[int], _End]:
+    """What runs the starts in a process."""
+    models, structure, goals, min_decay, centre, seed, budget = shared
+    programme = GoalPieces(models, structure, goals, min_decay)
+    return lambda k: _run_start(programme, centre, k, seed, budget, None)
 
 
-def _side_by_side(models, programme, centre, starts, seed, budget, workers, on_progress) -> list[_End]:
-    """Starts on spawned processes; results in the order of the starts."""
-    from concurrent.futures import as_completed
+def _ends(models, programme: GoalPieces, centre, starts, seed, budget, workers, on_progress) -> list[_End]:
+    """How the starts ended, in their order; fewer where the time or whoever listens ends the search."""
+    begun, ended, found = perf_counter(), False, []
+    share = budget * min(workers, starts) / starts
+    shared = (models, programme.structure, programme.goals, programme.min_decay, centre, seed, share)
+    apart = workers > 1 and starts > 1
 
-    from workbench.machine.workers import pool
+    def told(k: int, words: str, soft: float, hard: float) -> bool:
+        nonlocal ended
+        if on_progress is not None:
+            ended = ended or bool(on_progress(Progress(k + 1, words, soft, hard, perf_counter() - begun)))
+        return ended
 
-    begun, share = perf_counter(), budget * min(workers, starts) / starts
-    ends: list[_End] = []
-    with pool(min(workers, starts)) as executor:
-        shared = (models, programme.structure, list(programme.goals), programme.min_decay, centre)
-        waiting = [executor.submit(_in_process, (*shared, k, seed, share)) for k in range(starts)]
-        for done in as_completed(waiting):
-            if done.cancelled():
-                continue
-            end = done.result()
-            ends.append(end)
-            soft, hard = (end.descent.soft, end.descent.hard) if end.descent else (math.inf, math.inf)
-            if on_progress is not None and on_progress(
-                Progress(end.number, "start ended", soft, hard, perf_counter() - begun)
-            ):
-                for other in waiting:
-                    other.cancel()
-                on_progress = None
-    return sorted(ends, key=lambda end: end.number)
+    def here(k: int) -> _End:
+        left = budget - (perf_counter() - begun)
+        step = lambda words, _, soft, hard: told(k, words, soft, hard)  # noqa: E731
+        return _run_start(programme, centre, k, seed, left / (starts - k), step)
+
+    for k, end in ends(range(starts), _starter, shared, workers=workers, work="a tuning", here=here):
+        found.append(end)
+        if apart:
+            told(k, "start ended", *((end.descent.soft, end.descent.hard) if end.descent else (math.inf, math.inf)))
+        if ended or len(centre) == 0 or (not apart and perf_counter() - begun >= budget):
+            break
+    return sorted(found, key=lambda end: end.number)
 
 
 @dataclass(frozen=True, slots=True)
@@ -214,9 +198,10 @@ class _Judged:
     exact: list[Value]
     excess: float  # of the largest hard value over 1, its bracket's upper end; 0 where all are met
     soft: float
+    improves: bool = True  # on what was there before
 
     @classmethod
-    def of(cls, programme: Programme, descent: Descent) -> "_Judged":
+    def of(cls, programme: GoalPieces, descent: Descent) -> "_Judged":
         exact = programme.exact_values(descent.theta)
         pairs = list(zip(programme.tasks, exact, strict=True))
         hard = max((value.upper for task, value in pairs if task.goal.hard), default=-math.inf)
@@ -245,7 +230,7 @@ def _records(ends: list[_End]) -> list[Descent]:
     return found
 
 
-def _chosen(programme: Programme, ends: list[_End], centre: np.ndarray, seed: int, until: float) -> _Judged:
+def _chosen(programme: GoalPieces, ends: list[_End], centre: np.ndarray, seed: int, until: float) -> _Judged:
     """The best by the exact measures: of the record starts, verified, and of the given start as it is.
 
     A further start adds to the records and changes none, so that more starts are never worse, nor is the given one.
@@ -257,24 +242,26 @@ def _chosen(programme: Programme, ends: list[_End], centre: np.ndarray, seed: in
     return min(candidates, key=lambda judged: judged.rank)
 
 
-def _verified(programme: Programme, best: Descent, seed: int, until: float) -> _Judged:
+def _verified(programme: GoalPieces, best: Descent, seed: int, until: float) -> _Judged:
     """A start, searched again with smaller targets while exact hard values are above 1 that steering put below."""
-    chosen, usual = _Judged.of(programme, best), list(programme.targets)
-    try:
-        for _ in range(ROUNDS):
-            if not 0 < chosen.excess < FAR - 1 or not chosen.descent.feasible or perf_counter() > until:
-                break
-            programme.tighten(chosen.descent.theta, chosen.exact)
-            again = _Judged.of(programme, descend(programme, chosen.descent.theta, until=until, seed=seed))
-            if not again.rank < chosen.rank:
-                break
-            chosen = again
-    finally:
-        programme.reset(usual)
-    return chosen
+
+    def solve(held: GoalPieces, last: _Judged | None) -> _Judged:
+        if last is None:
+            return _Judged.of(held, best)
+        again = _Judged.of(held, descend(held, last.descent.theta, until=until, seed=seed))
+        return again if again.rank < last.rank else replace(last, improves=False)
+
+    def search(_: GoalPieces, judged: _Judged) -> Found[Value]:
+        near = 0 < judged.excess < FAR - 1 and judged.descent.feasible and judged.improves
+        return Found(not near, tuple(judged.exact))
+
+    def add(held: GoalPieces, judged: _Judged, exact: tuple[Value, ...]) -> GoalPieces:
+        return held.tightened(judged.descent.theta, exact)
+
+    return exchange(programme, solve, search, add, rounds=1 + ROUNDS, expired=lambda: perf_counter() > until).answer
 
 
-def _tuning(programme: Programme, chosen: _Judged, ends: list[_End], begun: float, refuse: bool) -> Tuning:
+def _tuning(programme: GoalPieces, chosen: _Judged, ends: list[_End], begun: float, refuse: bool) -> Tuning:
     """Every goal by its exact measure, the worst model each; refused where a hard one is not met."""
     exact_begun, theta, exact = perf_counter(), chosen.descent.theta, chosen.exact
     smooth = programme.smooth_values(theta)
@@ -326,7 +313,7 @@ def refuse_unmet(result: Tuning) -> None:
     )
 
 
-def _report(programme: Programme, end: _End) -> StartReport:
+def _report(programme: GoalPieces, end: _End) -> StartReport:
     d = end.descent
     if d is None:
         return StartReport(

@@ -1,7 +1,7 @@
 """Goals on models as functions of the free parameters.
 
-    models, structure, goals --Programme--> theta -> pieces of the soft and of the hard goals, stable loops only
-                                        --> theta -> every goal's exact value
+    models, structure, goals --GoalPieces--> theta -> pieces of the soft and of the hard goals, stable loops only
+                                         --> theta -> every goal's exact value
 
 A model may appear many times under different labels (robust tuning adds copies with other parameters); goals are
 filtered by the model's own name.
@@ -24,6 +24,7 @@ from workbench.lti.model import Model
 
 LEAST_DECAY = 1e-7  # usual least decay over the fastest pole: a billion times what rounding makes of a pole at zero
 HELD = 1 - 5e-7  # what a hard goal is asked to stay below: its exact measure differs by rounding, 1e-9 and less
+USUAL = math.nan
 NEAR_EDGE = 1e2  # least decays from the axis within which slow poles are pieces
 
 Pieces = list[tuple[float, np.ndarray]]
@@ -64,36 +65,52 @@ class Smooth:
         return max((value for value, _ in self.hard), default=-math.inf)
 
 
-class Programme:
-    """The tuning problem of a set of models."""
+@dataclass(frozen=True, eq=False, repr=False)
+class GoalPieces:
+    """Goals on models of one structure as pieces of a maximum: a value; `tightened` makes another on the same loops.
 
-    def __init__(
-        self, models: Sequence[Labelled], structure: Structure, goals: Sequence[Goal], min_decay: float | None = 0.0
-    ) -> None:
-        if not models or not goals:
+    min_decay : least decay of every pole [1/s]; `USUAL` for what suits the loops
+    targets : what each hard goal's steering value is asked to stay below; `HELD` at first
+    loops, abscissa, tasks : made if left out
+    """
+
+    models: Sequence[Labelled]
+    structure: Structure
+    goals: Sequence[Goal]
+    min_decay: float = 0.0
+    targets: tuple[float, ...] = ()
+    loops: tuple[Loop, ...] = ()
+    abscissa: Abscissa = None  # pyright: ignore[reportAssignmentType]
+    tasks: tuple[Task, ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.tasks:
+            return
+        models, structure = self.models, self.structure
+        if not models or not self.goals:
             raise InputError(
-                f"a tuning must have at least one model and one goal; got {len(models)} and {len(goals)}. Give both."
+                f"a tuning must have at least one model and one goal; got {len(models)} and {len(self.goals)}. "
+                "Give both."
             )
-        goals = distinct(goals)
-        self.structure, self.goals = structure, goals
-        self.loops = [Loop(entry.model, structure) for entry in models]
-        self.abscissa = Abscissa(self.loops, structure)
-        self.tasks = [
+        goals = distinct(self.goals)
+        loops = tuple(Loop(entry.model, structure) for entry in models)
+        tasks = tuple(
             Task(goal, entry.label, goal.bind(loop))
             for goal in goals
-            for entry, loop in zip(models, self.loops, strict=True)
+            for entry, loop in zip(models, loops, strict=True)
             if goal.holds_for(entry.model.name)
-        ]
+        )
         for goal in goals:
-            if not any(task.goal is goal for task in self.tasks):
+            if not any(task.goal is goal for task in tasks):
                 names = ", ".join(sorted({entry.model.name for entry in models}))
                 raise InputError(
                     f"goal {goal.name!r} must hold for a model that is given; there are {names}. Mend its models."
                 )
-        self.min_decay = self._usual_decay() if min_decay is None else min_decay
-        self.targets = [HELD] * len(self.tasks)  # what each hard goal's steering value is asked to stay below
-        self._last: tuple[bytes, Smooth | None] | None = None
-        self.evaluations = 0
+        made = {"goals": goals, "loops": loops, "tasks": tasks, "abscissa": Abscissa(list(loops), structure)}
+        for name, value in {**made, "targets": (HELD,) * len(tasks)}.items():
+            object.__setattr__(self, name, value)
+        if math.isnan(self.min_decay):
+            object.__setattr__(self, "min_decay", self._usual_decay())
 
     def _usual_decay(self) -> float:
         """1e-7 of the fastest pole at the structure's start, of a sampled loop of its Nyquist frequency [1/s]."""
@@ -107,13 +124,6 @@ class Programme:
 
     def at(self, theta: np.ndarray) -> Smooth | None:
         """Every goal's near-active pieces; None where a loop decays too slowly or a goal has no value."""
-        key = np.ascontiguousarray(theta).tobytes()
-        if self._last is None or self._last[0] != key:
-            self._last = (key, self._evaluated(theta))
-        return self._last[1]
-
-    def _evaluated(self, theta: np.ndarray) -> Smooth | None:
-        self.evaluations += 1
         slowest = self.abscissa.value(theta)
         if not (slowest < -self.min_decay and slowest < 0):
             return None
@@ -131,17 +141,13 @@ class Programme:
             pieces += [(share * v, share * self.structure.pullback(theta, G)) for v, G in value.gradients]
         return found
 
-    def tighten(self, theta: np.ndarray, exact: Sequence[Value]) -> None:
-        """Lower the targets of the hard goals whose exact value is above 1 where the steering one is not."""
+    def tightened(self, theta: np.ndarray, exact: Sequence[Value]) -> "GoalPieces":
+        """With lower targets of the hard goals whose exact value is above 1 where the steering one is not."""
         targets = list(self.targets)
         for k, (task, steered, judged) in enumerate(zip(self.tasks, self.smooth_values(theta), exact, strict=True)):
             if task.goal.hard and judged.upper > 1:
                 targets[k] = min(targets[k], HELD * steered.value / judged.upper)
-        self.reset(targets)
-
-    def reset(self, targets: list[float]) -> None:
-        """Other targets."""
-        self.targets, self._last = targets, None
+        return replace(self, targets=tuple(targets))
 
     def smooth_values(self, theta: np.ndarray) -> list[Value]:
         """The steering value of each task; infinite, with the reason, where there is none."""
