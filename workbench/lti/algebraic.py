@@ -31,11 +31,11 @@ def closing(D: np.ndarray, K: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     with np.errstate(all="ignore"):
         closed = eye - D @ K
         sizes = eye + np.abs(D) @ np.abs(K)
-    known = np.isfinite(closed).all(axis=(-2, -1)) & np.isfinite(sizes).all(axis=(-2, -1))
+    known = np.asarray(np.isfinite(closed).all(axis=(-2, -1)) & np.isfinite(sizes).all(axis=(-2, -1)))
     E = _inverse(np.where(known[..., None, None], closed, eye))
     with np.errstate(all="ignore"):
         spread = np.abs(E) @ sizes
-    known = known & np.isfinite(spread).all(axis=(-2, -1))
+    known = np.asarray(known & np.isfinite(spread).all(axis=(-2, -1)))
     spread = np.where(known[..., None, None], spread, eye)
     largest = np.abs(np.linalg.eigvals(spread)).max(axis=-1) if count else np.ones(spread.shape[:-2])
     sound = known & (largest <= TRUSTED)

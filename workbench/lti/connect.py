@@ -255,7 +255,7 @@ def _appended(models: Sequence[Model]) -> tuple[Realisation, tuple[DelayLine, ..
     A, B, C, D = beside(*parts)
     names = _distinct([(m.name, end) for m in models for x in m.lines for end in (x.source, x.sink)])
     times = [x.dead_time for model in models for x in model.lines]
-    lines = tuple(DelayLine(*ends, t) for *ends, t in zip(names[::2], names[1::2], times, strict=True))
+    lines = tuple(DelayLine(source, sink, t) for source, sink, t in zip(names[::2], names[1::2], times, strict=True))
     return Realisation(A, B[:, u], C[y], D[np.ix_(y, u)]), lines
 
 

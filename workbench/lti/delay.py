@@ -162,4 +162,4 @@ def chain(samples: int) -> Realisation:
 def _diagonal(parts: list[np.ndarray]) -> np.ndarray:
     from scipy.linalg import block_diag
 
-    return block_diag(*parts)
+    return np.asarray(block_diag(*parts))

@@ -84,7 +84,7 @@ def from_control(system: Any) -> tuple[Matrices, tuple[str, ...], tuple[str, ...
     import control
 
     if isinstance(system, control.StateSpace):
-        matrices = system.A, system.B, system.C, system.D
+        matrices = np.asarray(system.A), np.asarray(system.B), np.asarray(system.C), np.asarray(system.D)
         return matrices, tuple(system.state_labels), tuple(system.input_labels), tuple(system.output_labels)
     if not isinstance(system, control.TransferFunction):
         what = {

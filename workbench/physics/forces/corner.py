@@ -98,7 +98,7 @@ class CornerLaw:
 
     def tangent(self, deviation: np.ndarray, alpha: np.ndarray) -> Tangent:
         """Forces (3, n) and slopes (3, 4n); see ForceLaw. Raises InputError where a coil would touch the guideway."""
-        each = [(*map(float, d), float(a)) for d, a in zip(deviation.T, alpha, strict=True)]
+        each = [(float(h), float(hp), float(roll), float(a)) for h, hp, roll, a in np.vstack([deviation, alpha]).T]
         values = [self.forces(*pose) for pose in each]
         return np.array(values).reshape(-1, 3).T, np.hstack([self._slopes(*pose) for pose in each])
 
@@ -241,13 +241,13 @@ def _pose_forces(coils: CoilSet, order: int) -> ca.Function:
     names = ("h", "hp", "roll", "pitch", "yaw", "alpha")
     gap, lateral, roll, pitch, yaw, alpha = symbols = [ca.SX.sym(name) for name in names]
     turn = ca.SX.sym("turn", 3)  # small rotation about the fixed axes, after the pose: its gradient is the moment
-    loops = (
+    main_loop, control_loop = (
         loop.placed(roll=roll, pitch=pitch, yaw=yaw).placed(
             (0.0, lateral + coils.width / 2, gap), roll=turn[0], pitch=turn[1], yaw=turn[2]
         )
         for loop in (coils.main, coils.control)
     )
-    main, mutual, control = energy_parts(*loops, order)
+    main, mutual, control = energy_parts(main_loop, control_loop, order)
     gradient = ca.gradient(main + alpha * mutual + alpha**2 * control, ca.vertcat(gap, lateral, turn))
     gradient = ca.substitute(gradient, turn, ca.SX.zeros(3))
     return ca.Function("pose_forces", symbols, ca.vertsplit(gradient), {"cse": True})

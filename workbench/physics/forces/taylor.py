@@ -88,7 +88,8 @@ class TaylorLaw:
     def coefficient(self, axis: int, powers: tuple[int, int, int, int]) -> float:
         """Factor of Δh^i Δh'^j φ^k α^l in F_L (axis 0), F_G (1) or L (2)."""
         raised = tuple(power + (position == axis) for position, power in enumerate(powers))
-        return dict(self.energy).get(raised, 0.0) * raised[axis]
+        terms: dict[tuple[int, ...], float] = dict(self.energy)
+        return terms.get(raised, 0.0) * raised[axis]
 
     def extended(self) -> ExtendedLaw:
         """The terms of the report's extended expansion: linear in the pose, quadratic in α."""

@@ -10,7 +10,7 @@ slope above 1/20 is refused.
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Literal, Protocol
+from typing import Any, Literal, Protocol
 
 import casadi as ca
 import numpy as np
@@ -23,7 +23,7 @@ SLOPE_MAX = 0.05  # 3°: 1 - cos of it is 1.2e-3, below what the linear kinemati
 class Shape(Protocol):
     """A height along the guideway."""
 
-    def height(self, distance):
+    def height(self, distance) -> Any:
         """Height [m] at a distance [m], elementwise."""
         ...
 

@@ -15,7 +15,7 @@ hertz 2|H(j2πf)|².
 
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -47,11 +47,11 @@ class Spectrum(Protocol):
     @property
     def extrapolate(self) -> bool: ...  # whether those limits may be passed
 
-    def psd(self, wavenumber):
+    def psd(self, wavenumber) -> Any:
         """One-sided S(Ω) [m²/(rad/m)] at Ω [rad/m], elementwise."""
         ...
 
-    def psd_frequency(self, frequency_hz, speed):
+    def psd_frequency(self, frequency_hz, speed) -> Any:
         """One-sided S_f(f) [m²/Hz] seen at a speed [m/s], elementwise."""
         ...
 

@@ -39,7 +39,7 @@ def assembly(vehicle: Vehicle) -> Assembly:
 
     def left_open(i: int, deviation, rates, alpha):
         asked.append(deviation)
-        return ca.vertsplit(forces[:, i])
+        return forces[0, i], forces[1, i], forces[2, i]
 
     m = equations(vehicle.with_values(joined=()).with_extras(coil_length=0.0), left_open)
     deviation = ca.horzcat(*asked)

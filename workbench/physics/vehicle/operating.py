@@ -235,7 +235,7 @@ def _directions(conditions: Conditions, vehicle: Vehicle, strength: np.ndarray) 
     if conditions.carried_by == "pose":
         return np.eye(5), np.zeros((vehicle.count, 5))
     x, y = np.array(vehicle.command_positions, float).T
-    alive = (vehicle.spread * strength[:, None]).any(axis=0)  # commands that reach a set with forces
+    alive = np.asarray((vehicle.spread * strength[:, None]).any(axis=0))  # commands that reach a set with forces
     patterns = vehicle.spread @ (alive[:, None] * np.column_stack([np.ones_like(x), x, y]))  # hold heave, pitch, roll
     free = np.eye(5)[:, [COORDINATES.index("Y"), COORDINATES.index("Psi")]]
     return np.hstack([np.zeros((5, 3)), free]), np.hstack([patterns, np.zeros((vehicle.count, 2))])
