@@ -46,7 +46,7 @@ for verdict in small.verdicts:
 # bought with comfort.
 
 # %%
-curve = wb.trade_off(heave, "peak sensitivity", (3.0, 2.5, 2.0, 1.7, 1.5), start=small.gains)
+curve = wb.trade_off(small, "peak sensitivity", (3.0, 2.5, 2.0, 1.7, 1.5))
 wb.plots.plot_tradeoff(curve, chosen=(2.0, small.analysis.cost))
 plt.show()
 
