@@ -8,12 +8,14 @@ import pytest
 from goal_cases import EXAMPLES, loop_of, random_plant
 
 from workbench.analysis.analysis import analyse
+from workbench.design.design import design
 from workbench.design.steering import Programme
 from workbench.errors import InputError
 from workbench.files.problem import load_problem
 from workbench.goals.goal import Closed, Goal, Steered
 from workbench.goals.integrated_error import IntegratedError
 from workbench.goals.key import Key
+from workbench.goals.poles import Poles
 from workbench.goals.registry import data_of, goal, keys_of, known, register
 from workbench.goals.ride.cost import RideCost
 from workbench.goals.ride.flown import Flown
@@ -254,3 +256,14 @@ def test_a_requirement_that_would_not_be_looked_at_is_refused(defined, lacking):
 def test_a_goal_without_a_measure_is_refused():
     with pytest.raises(InputError, match=r"must define bind\(\), or steer\(\) and judge\(\)"):
         register(type("Empty", (Goal,), {"kind": "empty"}))
+
+
+def test_goals_of_a_ride_and_of_loops_are_not_mixed(vehicles):
+    heave = vehicles["heave"]
+    with pytest.raises(InputError, match="'damping ratio' is asked of a vehicle's ride"):
+        design(heave.with_goals([*heave.goals, Poles(decay=0.1)]), starts=1)
+
+
+def test_the_ride_cost_is_made_small_and_not_limited():
+    with pytest.raises(InputError, match="it cannot be hard"):
+        RideCost(hard=True)

@@ -238,8 +238,11 @@ class Goal:
     # ---- to steer, to judge, to promise
 
     def bind(self, loop: "Loop") -> "Bound":
-        """The goal measured on one loop; every kind of control goal defines it."""
-        raise TypeError(f"{type(self).__name__} must define bind()")  # a defect of ours, not of the input
+        """The goal measured on one loop; every kind of control goal defines it, one of a vehicle's ride has none."""
+        raise InputError(
+            f"{self.name!r} is asked of a vehicle's ride and steers by smooth rows; it can stand neither beside goals "
+            "of loops, such as Poles or Margins, nor on a plant of one's own. Ask for those of one sort."
+        )
 
     def asked(self) -> Asked:
         """The limit in the goal's own unit; a number that is at most 1 where it has none."""

@@ -32,6 +32,8 @@ class RideCost(Goal):
         return self.kind
 
     def __post_init__(self) -> None:
+        if self.hard:
+            raise InputError("the ride cost is made small, it cannot be hard; limit the gaps or currents instead.")
         if not self.limit > 0:
             raise InputError(f"the limit of the ride cost must be positive; got {self.limit!r}. Leave it out.")
         Goal.__post_init__(self)
