@@ -17,7 +17,8 @@ from workbench.handover.table.table import read_table, table_of
 from workbench.verify.check import verify, verify_document
 from workbench.verify.exact.failure import TableError
 
-FAST = 4  # mutations of each table in the fast suite
+FAST = 3  # mutations of each table in the fast suite
+MANY = 100  # and in the slow one
 FREE = ("problem", "title", "data_sha256", "created", "versions", "seed", "solver", "starts", "measured")
 SUBJECT = ("inputs", "outputs", "openings", "points", "models")
 
@@ -126,8 +127,10 @@ def test_no_mutated_number_of_a_sample_makes_a_false_table_pass(document):
 
 
 @pytest.mark.slow
-def test_no_mutated_number_makes_a_false_table_pass(document):
-    assert_noticed(document, mutations(document))
+def test_no_mutated_number_of_many_makes_a_false_table_pass(document):
+    every = list(mutations(document))
+    order = np.random.default_rng(1).permutation(len(every))
+    assert_noticed(document, [every[k] for k in order[:MANY]])
 
 
 def test_limits_beyond_the_truth_are_refused_and_limits_inside_pass(document, report):

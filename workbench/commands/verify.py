@@ -63,15 +63,16 @@ def verify(
 def _check(say, table: Path, problem: str | None, speed: float | None, seconds: float) -> None:
     """The whole check, telling what it finds as it goes."""
     from workbench.errors import InputError
-    from workbench.verify.check import verify_document
+    from workbench.verify.check import PLANTS, verify_document
     from workbench.verify.exact.failure import TableError
     from workbench.verify.reading import read_document
 
     try:
         document = read_document(table)
-        listed = document.get("promises")
-        say({"listed": [str(p.get("name"))[:200] for p in listed if isinstance(p, dict)][:500]
-             if isinstance(listed, list) else [], "title": str(document.get("problem"))[:200]})  # fmt: skip
+        given = document.get("promises")
+        listed = [p for p in given if isinstance(p, dict)][:500] if isinstance(given, list) else []
+        names = [str(p.get("name", p.get("kind")))[:200] for p in listed]
+        say({"listed": names, "own": document["version"] == PLANTS, "title": str(document.get("problem"))[:200]})
         report = verify_document(
             document, lambda finding: say({"promise": {**asdict(finding), "verdict": finding.verdict}}),
             budget_seconds=max(seconds, 1e-3),
@@ -112,13 +113,15 @@ def _document(table: Path, said: dict[str, Any], over: float | bool) -> dict[str
             {"name": name, "sense": "", "limit": None, "claimed": None, "proved": None, "method": "", "box": {},
              "holds": False, "verdict": "undecided", "reason": reason, "seconds": None} for name in left
         ]  # fmt: skip
-    return {
+    document = {
         "table": str(table), "title": said.get("title", ""), "digest": said.get("digest"),
         "digest_ok": said.get("digest_ok"), "plant_follows": said.get("plant_follows"),
         "coupling": said.get("coupling"), "promises": promises, "undecided": said.get("undecided", []),
         "not_promised": said.get("not_promised", []), "stated": said.get("stated", []),
         "problem": said.get("problem"), "rows": said.get("rows", []), "faults": faults, "proved": not faults,
     }  # fmt: skip
+    vehicles = ("plant_follows", "coupling") if said.get("own") else ()  # what a plant of one's own has not
+    return {key: value for key, value in document.items() if key not in vehicles}
 
 
 def _print(document: dict[str, Any]) -> None:
@@ -152,13 +155,16 @@ def _print(document: dict[str, Any]) -> None:
             ),
             ("",), [(", ".join(document["stated"]),)],
         )  # fmt: skip
-    follows = {True: "yes", False: "NO", None: "no vehicle beside it; taken as printed"}[document["plant_follows"]]
+    words = {True: "yes", False: "NO", None: "no vehicle beside it; taken as printed"}
+    vehicle = [] if "coupling" not in document else [
+        ("plant follows from the vehicle", words[document["plant_follows"]], ""),
+        ("coupling left out between the groups", document["coupling"], "of the largest entry"),
+    ]  # fmt: skip
     emit_rows(
         "Table",
         [
             ("digest holds", document["digest_ok"], ""),
-            ("plant follows from the vehicle", follows, ""),
-            ("coupling left out between the groups", document["coupling"], "of the largest entry"),
+            *vehicle,
             ("everything proved", document["proved"], ""),
         ],
     )
