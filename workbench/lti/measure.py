@@ -61,16 +61,25 @@ def unstable_poles(system: LinedSystem) -> int:
     """How many poles are on or beyond the stability limit."""
     if delayed(system):
         return count.unstable_poles(system.A, system.late())
-    found = poles(system)
-    return int(np.sum(found.real >= 0 if system.sample_time is None else np.abs(found) >= 1))
+    return beyond(poles(system), system.sample_time)
 
 
 def abscissa(system: LinedSystem) -> float:
     """Largest real part of the poles [1/s], of log(z)/h if sampled; −∞ without any."""
     if delayed(system):
         return roots.abscissa(system.A, system.late())
-    found, h = poles(system), system.sample_time
-    return float((found.real if h is None else np.log(np.maximum(np.abs(found), TINY)) / h).max(initial=-np.inf))
+    return rightmost(poles(system), system.sample_time)
+
+
+def beyond(poles: np.ndarray, sample_time: float | None) -> int:
+    """How many of some poles (k,), in z if sampled, are on or beyond the stability limit."""
+    return int(np.sum(poles.real >= 0 if sample_time is None else np.abs(poles) >= 1))
+
+
+def rightmost(poles: np.ndarray, sample_time: float | None) -> float:
+    """Largest real part [1/s], of log(z)/h if sampled; −∞ of none."""
+    h = sample_time
+    return float((poles.real if h is None else np.log(np.maximum(np.abs(poles), TINY)) / h).max(initial=-np.inf))
 
 
 def peak(system: LinedSystem) -> Peak:

@@ -25,11 +25,10 @@ from workbench.control.structure.structure import Structure
 from workbench.errors import InputError, unknown_name
 from workbench.lti.count import unstable_poles
 from workbench.lti.delay import LinedSystem, rational
+from workbench.lti.measure import beyond, rightmost
 from workbench.lti.model import Model
 from workbench.lti.roots import abscissa
 from workbench.lti.sums import BEFORE, known_terms, refuse_ambiguous
-
-TINY = float(np.finfo(float).tiny)  # |z| of a pole that ends within a sample
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -168,16 +167,14 @@ class Loop:
     def unstable_poles(self, K: Controller) -> int:
         """How many closed-loop poles are on or beyond the stability limit, dead times exact; see `loop_count`."""
         if not self.model.delayed:
-            poles = self.poles(K)
-            return int(np.sum(poles.real >= 0 if self.sample_time is None else np.abs(poles) >= 1))
+            return beyond(self.poles(K), self.sample_time)
         return unstable_poles(self._all.lined(K), self._all.late(K))
 
     def abscissa(self, K: Controller) -> float:
         """Largest real part of the closed-loop poles [1/s], of log(z)/h if sampled; dead times exact, and counted."""
         if self.model.delayed:
             return abscissa(self._all.lined(K), self._all.late(K))
-        poles, h = self.poles(K), self.sample_time
-        return float((poles.real if h is None else np.log(np.maximum(np.abs(poles), TINY)) / h).max(initial=-np.inf))
+        return rightmost(self.poles(K), self.sample_time)
 
     def controller_poles(self, K: Controller) -> np.ndarray:
         """Eigenvalues of the controller alone."""
