@@ -202,3 +202,25 @@ def test_a_group_that_no_type_moves_is_refused(report):
     flat = replace(setting, guideway=replace(setting.guideway, A2=None, A3=None))
     with pytest.raises(InputError, match="sway_roll_yaw needs an irregularity type that moves it; none of A1, A4 does"):
         analyse(flat, problem.approved)
+
+
+def test_a_sensor_alone_bears_what_the_closed_loop_bears_when_its_reading_is_scaled():
+    from workbench.control.structure.loop import Loop
+    from workbench.control.structure.space import modal_law
+    from workbench.control.structure.structure import Structure
+    from workbench.lti.model import Model
+
+    problem = load_problem("revenue_vehicle")
+    margins = {m.channel: m for m in full_analysis(problem.setting, problem.approved).sensor_margins}
+    assert set(margins) == {name.replace("_", " ") for name in problem.law.sensors}
+    (model,) = problem.systems
+    structure = Structure(modal_law(problem.law, problem.approved))
+    K = structure.controller()
+    for name in ("acceleration_y_3", "acceleration_z_1"):
+        found = margins[name.replace("_", " ")]
+        for factor in (found.gain_up, found.gain_down):
+            if not 0 < factor < 1e3:
+                continue
+            for share, stable in ((0.999, True), (1.001, False)):  # of the way from 1 to the margin
+                scaled = model.scaled(outputs={name: 1 + share * (factor - 1)})
+                assert (Loop(Model("scaled", scaled.plant), structure).unstable_poles(K) == 0) == stable

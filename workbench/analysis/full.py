@@ -2,8 +2,10 @@
 
 Setting, Gains --> Analysis;  loop at the current commands --> margins of each α_i, multiloop disk margin
                               loop at the modal signals   --> margins of each K_i q_i^c
+                              loop at the sensors         --> margins of each reading that the law uses
 """
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,11 +13,14 @@ import numpy as np
 
 from workbench.analysis.analysis import Analysis, analyse
 from workbench.analysis.comfort_summary import ComfortSummary, comfort_summary
-from workbench.analysis.setting import Setting
+from workbench.analysis.setting import Setting, group_model
 from workbench.control import Gains
 from workbench.control.law import CHANNELS, MODAL
-from workbench.control.loop import Subject, subject
+from workbench.control.loop import GROUPS, Subject, subject
 from workbench.control.loop.closed import interconnect
+from workbench.control.structure.loop import Loop
+from workbench.control.structure.space import modal_law
+from workbench.control.structure.structure import Structure
 from workbench.lti.disk import DiskMargin, disk_margin
 from workbench.lti.front import matrices, mixed
 from workbench.lti.join import beside
@@ -29,6 +34,7 @@ class FullAnalysis(Result):
     """An analysis, and margins where the loop is stable (empty otherwise).
 
     current_margins : one α_i broken, the others closed;  modal_margins : one K_i q_i^c broken
+    sensor_margins : one reading broken, the others kept; those that no gain uses are left out
     disk : all current commands perturbed at once, balanced disks
     comfort : ride figures at every point
     """
@@ -36,6 +42,7 @@ class FullAnalysis(Result):
     analysis: Analysis
     current_margins: tuple[ChannelMargin, ...]
     modal_margins: tuple[ChannelMargin, ...]
+    sensor_margins: tuple[ChannelMargin, ...]
     disk: DiskMargin | None
     comfort: ComfortSummary | None
 
@@ -45,6 +52,7 @@ class FullAnalysis(Result):
         document["margins"] = {
             "current": plain(self.current_margins),
             "modal": plain(self.modal_margins),
+            "sensor": plain(self.sensor_margins),
             "disk": None
             if self.disk is None
             else {
@@ -67,6 +75,7 @@ class FullAnalysis(Result):
         for title, margins in (
             ("Margins, one current command broken", self.current_margins),
             ("Margins, one modal signal broken", self.modal_margins),
+            ("Margins, one sensor broken", self.sensor_margins),
         ):
             rows = [
                 (
@@ -114,7 +123,8 @@ def full_analysis(setting: Setting, gains: Gains, name: str = "") -> FullAnalysi
     """The exact measures of a setting under given gains, margins included."""
     analysis = analyse(setting, gains, name)
     if not analysis.stable or analysis.cost is None:
-        return FullAnalysis(analysis=analysis, current_margins=(), modal_margins=(), disk=None, comfort=None)
+        none = {"current_margins": (), "modal_margins": (), "sensor_margins": ()}
+        return FullAnalysis(analysis=analysis, **none, disk=None, comfort=None)
     whole = _at_commands(setting, gains)
     modal, channels = _at_modal_signals(setting, gains)
     names = [name.replace("_", " ") for name in setting.law.currents]
@@ -122,6 +132,7 @@ def full_analysis(setting: Setting, gains: Gains, name: str = "") -> FullAnalysi
         analysis=analysis,
         current_margins=tuple(channel_margin(*whole, channel=i, name=name) for i, name in enumerate(names)),
         modal_margins=tuple(channel_margin(*modal, channel=i, name=c) for i, c in enumerate(channels)),
+        sensor_margins=_at_sensors(setting, gains),
         disk=disk_margin(*whole),
         comfort=comfort_summary(setting, gains),
     )  # fmt: skip
@@ -134,6 +145,19 @@ def _at_commands(setting: Setting, gains: Gains):
     spread = np.column_stack([s.patterns for s, _ in parts])
     rest = np.eye(len(spread)) - spread @ spread.T  # patterns nobody commands
     return A, B @ spread.T, spread @ C, spread @ D @ spread.T + rest
+
+
+def _at_sensors(setting: Setting, gains: Gains) -> tuple[ChannelMargin, ...]:
+    """Margins of each sensor's loop, in the whole vehicle where all its motions are looked at, else in its group."""
+    law, found = setting.law, []
+    structure = Structure(modal_law(law, gains))
+    K = structure.controller()
+    whole = set(setting.groups) == set(GROUPS)
+    for group in (subject(setting.plant, law, "all"),) if whole else setting.subjects:
+        S = Loop(group_model(group, law), structure).sensitivity(law.sensors).system(K)
+        each = (channel_margin(*S, channel=i, name=name.replace("_", " ")) for i, name in enumerate(law.sensors))
+        found += [m for m in each if math.isfinite(m.gain_up) or m.gain_down or math.isfinite(m.phase)]
+    return tuple(found)
 
 
 def _with_unused(setting: Setting) -> tuple[Subject, ...]:

@@ -9,6 +9,7 @@ import numpy as np
 from workbench.control import ModalLaw
 from workbench.control.loop import Subject, subject
 from workbench.lti import Plant
+from workbench.lti.model import Model
 from workbench.physics.guideway.roughness import Roughness
 
 
@@ -93,3 +94,14 @@ class Setting:
         """Time from the foremost to the hindmost coil set, (a_F + a_R)/V [s]."""
         x = [p[0] for p in self.sets]
         return (max(x) - min(x)) / self.speed
+
+
+def group_model(group: Subject, law: ModalLaw) -> Model:
+    """A group of motion from the law's commands to its sensors, other motions held."""
+    seen = group.plant.select(inputs=group.commands, outputs=law.sensors)
+    patterns = group.patterns.T
+    plant = Plant(
+        A=seen.A, B=seen.B @ patterns, C=seen.C, D=seen.D @ patterns,
+        states=seen.states, inputs=law.commands, outputs=law.sensors,
+    )  # fmt: skip
+    return Model(group.name, plant)

@@ -29,6 +29,7 @@ from workbench.lti.norm import Peak
 from workbench.lti.peak_ceiling import enclosure
 from workbench.lti.peak_crossing import crossings, pursued
 from workbench.lti.realisation import Realisation
+from workbench.machine.threads import one_thread
 from workbench.result import Result, Row, figure, plain
 
 SMALL = 1e-3  # loop gain with dead times below which no gain margin is looked for: a factor of a thousand
@@ -138,6 +139,11 @@ def loop_margins(loops: tuple[Loop, ...], K: Controller) -> LoopMargins:
     InputError
         If a loop is unstable: its margins mean nothing.
     """
+    with one_thread():  # small matrices: more threads only wait for each other
+        return _of(loops, K)
+
+
+def _of(loops: tuple[Loop, ...], K: Controller) -> LoopMargins:
     single, joint = [], []
     for loop in loops:
         if loop.unstable_poles(K):

@@ -10,14 +10,13 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Protocol
 
-from workbench.analysis.setting import Setting
+from workbench.analysis.setting import Setting, group_model
 from workbench.control import GAIN_NAMES, Gains, ModalLaw
 from workbench.control.gains import GAIN_UNITS, TIME_CONSTANTS
-from workbench.control.loop import GROUPS, Subject, subject
+from workbench.control.loop import GROUPS, subject
 from workbench.control.structure.space import modal_law
 from workbench.control.structure.structure import Structure
 from workbench.errors import InputError, unknown_name
-from workbench.lti import Plant
 from workbench.lti.model import Model
 from workbench.physics.vehicle import Vehicle
 
@@ -93,8 +92,8 @@ class VehicleModels:
         group of motion, with the other motions held."""
         setting = self.setting
         if set(setting.groups) == set(GROUPS):
-            return (_model(subject(setting.plant, setting.law, "all"), setting.law),)
-        return tuple(_model(group, setting.law) for group in setting.subjects)
+            return (group_model(subject(setting.plant, setting.law, "all"), setting.law),)
+        return tuple(group_model(group, setting.law) for group in setting.subjects)
 
     def at(self, values: Mapping[str, float]) -> "VehicleModels":
         """The vehicle under other values of `design.model.PARAMETERS`: speed, mass, forces and so on."""
@@ -158,13 +157,3 @@ def maker_of(given: Maker | Model | Sequence[Model]) -> Maker:
     """What is given as a problem's models, as a maker of them."""
     made = hasattr(type(given), "systems")  # asked of the type: a maker makes its systems when they are wanted
     return given if made else Given(several(given))
-
-
-def _model(group: Subject, law: ModalLaw) -> Model:
-    seen = group.plant.select(inputs=group.commands, outputs=law.sensors)
-    patterns = group.patterns.T
-    plant = Plant(
-        A=seen.A, B=seen.B @ patterns, C=seen.C, D=seen.D @ patterns,
-        states=seen.states, inputs=law.commands, outputs=law.sensors,
-    )  # fmt: skip
-    return Model(group.name, plant)

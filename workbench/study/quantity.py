@@ -39,7 +39,7 @@ def document_of(
         whole = full_analysis(problem.setting, gains, problem.name)
         analysis = whole.analysis
         document |= whole.to_dict()
-        channels = {"current": whole.current_margins, "modal": whole.modal_margins}
+        channels = {"current": whole.current_margins, "modal": whole.modal_margins, "sensor": whole.sensor_margins}
         document["margins"] |= {kind: [_fields(m) for m in own] for kind, own in channels.items()}
     else:
         analysis = analyse(problem.setting, gains, problem.name)
