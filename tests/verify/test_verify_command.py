@@ -143,3 +143,43 @@ def test_what_is_not_promised_and_what_nobody_proved_is_said(run, written, heave
     assert "Stated by the author, proved by nobody" in out
     document = json.loads(run(written(heave.document), "--json")[1])
     assert "measured.cost" in document["stated"]
+
+
+def test_a_table_of_a_plant_of_ones_own_says_nothing_of_vehicles_and_ends_alike(run, written):
+    from plant_cases import design_of
+
+    from workbench.files.digest import digest_of
+    from workbench.handover.table.plant import plant_table
+
+    document = plant_table(design_of("motor")).to_dict()
+    code, out, sentence = run(written(document), "--json")
+    said = json.loads(out)
+    assert (code, sentence, said["proved"]) == (0, "", True)
+    assert not {"plant_follows", "coupling"} & said.keys()
+    assert [p["name"] for p in said["promises"]][:2] == ["stability", "damping ratio"]
+    assert run(written(document))[0] == 0
+    document["structure"]["blocks"][1]["parameters"]["Kp"]["value"] = "-600.0"
+    code, _, sentence = run(written(document))
+    assert (code, "changed after it was signed" in sentence) == (1, True)
+    document["digest"] = digest_of(document)
+    code, _, sentence = run(written(document))
+    assert (code, "stability" in sentence) == (1, True)
+    document["structure"]["blocks"][1]["parameters"]["Kp"]["value"] = "sixty"
+    assert run(written(document))[0] == 2
+
+
+def test_a_plant_of_ones_own_is_held_against_its_problem(run, written):
+    from workbench.design.record import given
+    from workbench.files.problem import load_problem
+    from workbench.handover.table.plant import plant_table
+
+    problem = load_problem("dc_motor")
+    document = plant_table(given(problem, {"Kp": 19.76, "Ki": 33.37, "Kd": 1.67})).to_dict()
+    code, out, _ = run(written(document), "--problem", "dc_motor", "--json")
+    assert (code, json.loads(out)["problem"]["holds"]) == (0, True)
+    document["models"][0]["A"][0][0] = repr(float(document["models"][0]["A"][0][0]) * (1 + 1e-8))
+    code, out, sentence = run(written(document), "--problem", "dc_motor", "--json")
+    assert code == 1
+    assert any("must be the problem's to 1e-9" in words for words in json.loads(out)["faults"])
+    code, _, sentence = run(written(document), "--problem", "heave")
+    assert (code, "of the kind that 'heave' is" in sentence) == (2, True)
