@@ -7,8 +7,8 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from tests.bench import Row, against, alone, best, timed
-from workbench.design.model import STANDARD_BOX, Variation, model_of
 from workbench.design.robust import robust_design
+from workbench.design.variation import STANDARD_BOX, Variation, variant_of
 from workbench.design.worst import Search, judged_model
 from workbench.files.problem import load_problem
 from workbench.goals.ride.requirement import margin_kinds
@@ -35,7 +35,7 @@ def rows() -> Iterator[Row]:
         anew = best(lambda: _anew(vehicle), 3)
         yield against("plant of another vehicle", ours, anew, "equations built and differentiated for it in CasADi", 10)
         each = [STANDARD_BOX.at(u) for u in units]
-        model = best(lambda: [model_of(problem, values) for values in each], 1) / PLANTS
+        model = best(lambda: [variant_of(problem, values) for values in each], 1) / PLANTS
         yield alone(
             "model of a box: equilibrium, plant, setting", model, "the centre of gravity moves, so the pose does"
         )

@@ -8,9 +8,9 @@ from workbench.control import Gains
 from workbench.control.gains import GAIN_NAMES
 from workbench.design.design import CENTRE, design, refine
 from workbench.design.family import Family, PolynomialChart, SharedChart
-from workbench.design.model import STANDARD_BOX, Box, Model, Variation, model_of, sentence
 from workbench.design.robust import Search, judged_model, robust_design
 from workbench.design.steering import Programme
+from workbench.design.variation import STANDARD_BOX, Box, Variant, Variation, sentence, variant_of
 from workbench.design.verdict import margin_verdicts, verdicts
 from workbench.errors import InfeasibleError, InputError
 from workbench.files.problem import load_problem
@@ -39,13 +39,13 @@ def borne(heave):
 
 
 def test_a_model_is_the_vehicle_varied(heave):
-    one = model_of(heave, {"mass": 0.85, "current_force": 1.1})
+    one = variant_of(heave, {"mass": 0.85, "current_force": 1.1})
     other = heave.with_vehicle(varied(heave.vehicle, mass=0.85, current_force=1.1))
     assert pytest.approx(other.setting.plant.A, rel=1e-12) == one.problem.setting.plant.A
 
 
 def test_sensors_that_read_too_much_are_larger_filter_gains(revenue):
-    model = model_of(revenue, {"vertical_sensors": 1.1})
+    model = variant_of(revenue, {"vertical_sensors": 1.1})
     theirs = model.gains(revenue.approved)
     assert theirs.K_h == pytest.approx(1.1 * revenue.approved.K_h, rel=1e-15)
     assert theirs.K_yddot == revenue.approved.K_yddot
@@ -53,7 +53,7 @@ def test_sensors_that_read_too_much_are_larger_filter_gains(revenue):
 
 
 def test_a_centre_of_gravity_moved_forward_moves_the_coils_back_and_leaves_the_law_alone(revenue):
-    moved = model_of(revenue, {"cg_forward_m": 0.5}).problem
+    moved = variant_of(revenue, {"cg_forward_m": 0.5}).problem
     assert moved.law == revenue.law
     A, nominal = (p.setting.plant for p in (moved, revenue))
     theta, Z = nominal.states.index("Theta_rate"), nominal.states.index("Z")
@@ -112,7 +112,7 @@ def test_the_margins_alone_are_those_of_the_whole_analysis(revenue):
 @pytest.mark.parametrize("cost", ["nominal", "mean", "worst"])
 def test_gradients_over_many_models_are_derivatives(heave, cost):
     programme = Programme(heave, back_off=1e-3)
-    models = [model_of(heave, v) for v in ({"mass": 0.85}, {"vertical_sensors": 1.1, "current_force": 0.9})]
+    models = [variant_of(heave, v) for v in ({"mass": 0.85}, {"vertical_sensors": 1.1, "current_force": 0.9})]
     chart = SharedChart(programme, (np.ones(17), *(model.scale for model in models)))
     family = Family.of(programme, models, chart, cost=cost, back_off=1e-3)
     x = family.whole(programme.x(Gains(**CENTRE).with_values(tau_h=0.5, tau_z=0.7)))
@@ -123,7 +123,7 @@ def test_gradients_over_a_polynomial_in_speed_are_derivatives(heave):
     asked = tuple(r for r in heave.requirements if r.name in ("damping ratio", "peak sensitivity"))
     chart = PolynomialChart(heave, (134.0, 60.0, 30.0), 82.0, 52.0, 2)
     models = [
-        Model(
+        Variant(
             name=str(v), values={}, problem=heave.with_vehicle(varied(heave.vehicle, mass=m)).with_requirements(asked)
         )
         for v, m in ((60.0, 0.9), (30.0, 1.1))
@@ -232,7 +232,7 @@ def test_named_models_are_kept_in_a_design(heave):
     found = design(heave, starts=1, start=heave.approved, models=[model])
     assert all(v.met for v in found.requirements)
     asked = tuple(r for r in heave.requirements if r.name in ("damping ratio", "decay rate", "peak sensitivity"))
-    assert all(v.met for v in judged_model(model_of(heave, model, asked), found.gains))
+    assert all(v.met for v in judged_model(variant_of(heave, model, asked), found.gains))
 
 
 @pytest.fixture(scope="module")
@@ -242,7 +242,7 @@ def by_cost(heave):
     out = {}
     for cost in ("nominal", "mean", "worst"):
         gains = robust_design(heave, Variation(models=models, cost=cost), start=heave.approved).design.gains
-        each = [heave, *(model_of(heave, values).problem for values in models.values())]
+        each = [heave, *(variant_of(heave, values).problem for values in models.values())]
         out[cost] = np.array([analyse(one.setting, gains).cost for one in each])
     return out
 

@@ -179,7 +179,7 @@ def _print_schedule(scheduled) -> None:
 def _print_worst(borne) -> None:
     """The worst model of each requirement, and what bearing them costs."""
     from workbench.commands.output import emit_table
-    from workbench.design.model import sentence
+    from workbench.design.variation import sentence
     from workbench.result import figure
 
     cost = figure(borne.nominal_cost)

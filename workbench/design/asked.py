@@ -13,7 +13,6 @@ from workbench.analysis.full import FullAnalysis, full_analysis
 from workbench.control import Gains
 from workbench.design.design import FEW, STARTS, design, method_of
 from workbench.design.loop_margins import LoopMargins
-from workbench.design.model import STANDARD_BOX, Box, Variation
 from workbench.design.nonsmooth import SECONDS
 from workbench.design.plant_analysis import PlantAnalysis, plant_analysis
 from workbench.design.problem import Problem
@@ -22,6 +21,7 @@ from workbench.design.robust import RobustDesign, robust_design
 from workbench.design.tradeoff import TradeOff
 from workbench.design.tradeoff import trade_off as vehicle_trade_off
 from workbench.design.tuner.robust import tune_robust
+from workbench.design.variation import STANDARD_BOX, Box, Variation
 from workbench.errors import InfeasibleError, InputError, unknown_name
 from workbench.goals.verdict import Verdict, shortfall
 from workbench.result import Result, Row

@@ -93,7 +93,7 @@ def design(
         `if __name__ == "__main__"`. The starts do not depend on it.
     on_start : called after each start, for progress
     models : vehicles that must keep damping, decay, sensitivity and delay margin as well, as values of
-        `design.model.PARAMETERS`; boxes, other limits and costs, and the evidence: `design.robust.robust_design`
+        `design.variation.PARAMETERS`; boxes, other limits and costs, and the evidence: `design.robust.robust_design`
     near : gains brought straight to the wanted limits beside the starts: neighbours of a sweep
     seconds : of the search; without end for a vehicle, a minute else, if left out
 
@@ -151,8 +151,8 @@ def method_of(problem: Problem, method: str | None = None) -> str:
 def _smooth_design(problem, starts, seed, solver, start, workers, on_start, models, near) -> Design:
     """The smooth programme: starts, candidates, the cheapest that meets everything."""
     if models:
-        from workbench.design.model import Variation, sentence
         from workbench.design.robust import robust_design
+        from workbench.design.variation import Variation, sentence
 
         named = {f"{k + 1}: {sentence(values)}": values for k, values in enumerate(models)}
         options = {"starts": starts, "seed": seed, "solver": solver, "workers": workers, "on_start": on_start}

@@ -16,10 +16,10 @@ import numpy as np
 
 from workbench.control.gains import GAIN_NAMES, TIME_CONSTANTS, Gains
 from workbench.design.measures import STEERING, Grid
-from workbench.design.model import Model
 from workbench.design.problem import Problem
 from workbench.design.steering import TYPICAL, Programme
 from workbench.design.unseen import Unseen
+from workbench.design.variation import Variant
 from workbench.solve.smooth import Point
 
 # Sensitivity nodes of a model that is looked at for its margins alone; peaks between them are added as they show.
@@ -169,7 +169,7 @@ class PolynomialChart:
 class Member:
     """A model with its programme."""
 
-    model: Model
+    model: Variant
     programme: Programme
 
 
@@ -196,17 +196,17 @@ class Family(Generic[ChartT]):
 
     @classmethod
     def of(
-        cls, nominal: Programme, models: Sequence[Model], chart: ChartT, *, cost: str = "nominal", back_off: float
+        cls, nominal: Programme, models: Sequence[Variant], chart: ChartT, *, cost: str = "nominal", back_off: float
     ) -> "Family[ChartT]":
         """nominal : programme of the first model;  chart : of all of them"""
-        first = Member(Model(name="nominal", values={}, problem=nominal.problem), nominal)
+        first = Member(Variant(name="nominal", values={}, problem=nominal.problem), nominal)
         return cls((first,), chart, cost, back_off).with_models(models, chart)
 
-    def with_models(self, models: Sequence[Model], chart: ChartT) -> "Family[ChartT]":
+    def with_models(self, models: Sequence[Variant], chart: ChartT) -> "Family[ChartT]":
         """With more models, and the chart that knows them."""
         return replace(self, members=(*self.members, *map(self._member, models)), chart=chart)
 
-    def _member(self, model: Model) -> Member:
+    def _member(self, model: Variant) -> Member:
         margins_alone = all(r.margin_alone for r in model.problem.requirements)
         grid = MARGIN_GRID if margins_alone and self.cost == "nominal" else STEERING
         return Member(model, Programme(model.problem, back_off=self.back_off, grid=grid))

@@ -78,7 +78,7 @@ class VehicleModels:
 
     setting : plant, law and guideway at the operating point
     vehicle, rebuild : what the plant was linearised from, and the function that makes a Setting of such a vehicle
-    elsewhere : values of `design.model.PARAMETERS` -> (vehicle, Setting) under them
+    elsewhere : values of `design.variation.PARAMETERS` -> (vehicle, Setting) under them
     """
 
     setting: Setting
@@ -96,7 +96,7 @@ class VehicleModels:
         return tuple(group_model(group, setting.law) for group in setting.subjects)
 
     def at(self, values: Mapping[str, float]) -> "VehicleModels":
-        """The vehicle under other values of `design.model.PARAMETERS`: speed, mass, forces and so on."""
+        """The vehicle under other values of `design.variation.PARAMETERS`: speed, mass, forces and so on."""
         if self.elsewhere is None:
             raise InputError("this maker holds one plant alone; give a vehicle to vary, or plants.")
         vehicle, setting = self.elsewhere(values)

@@ -28,8 +28,8 @@ from workbench.lti.sums import terms
 from workbench.result import Result, Row
 
 if TYPE_CHECKING:
-    from workbench.design.model import Variation
     from workbench.design.scheduled import Plan
+    from workbench.design.variation import Variation
     from workbench.goals.goal import Goal
     from workbench.goals.ride.requirement import Requirement
     from workbench.physics.vehicle import Vehicle
@@ -51,7 +51,7 @@ class Problem(Result):
     approved : values last approved: `Gains` of a vehicle, else mapping of parameter to value
     sample_time : of the discrete controller [s], if it has one
     data_sha256 : of the data file;  sources : block name to source
-    variation : `design.model.Variation` that the parameters must bear;  plan : `design.scheduled.Plan` of a schedule
+    variation : `design.variation.Variation` that the parameters must bear;  plan : `design.scheduled.Plan` of a schedule
 
     Raises
     ------

@@ -31,11 +31,11 @@ from workbench.design.design import (
     time_after,
 )
 from workbench.design.family import Family, SharedChart
-from workbench.design.model import Model, Variation, sentence
 from workbench.design.problem import Problem
 from workbench.design.refusal import in_words, miss, unstable
 from workbench.design.solve import cost, finish
 from workbench.design.steering import Programme
+from workbench.design.variation import Variant, Variation, sentence
 from workbench.design.verdict import verdicts
 from workbench.design.worst import Search, Worst, judged_model, same_model
 from workbench.design.worst import in_words as worst_in_words
@@ -294,7 +294,7 @@ class _Tuner:
         )
 
 
-def _with(family: _Held, models: Sequence[Model]) -> _Held:
+def _with(family: _Held, models: Sequence[Variant]) -> _Held:
     chart = family.chart
     for model in models:
         chart = chart.with_model(model.scale)

@@ -18,13 +18,13 @@ from workbench.control import GAIN_NAMES
 from workbench.control.schedule import Schedule
 from workbench.design.design import Design, Start, design
 from workbench.design.family import Family, PolynomialChart
-from workbench.design.model import Model
 from workbench.design.problem import Problem
 from workbench.design.record import given
 from workbench.design.refusal import in_words
 from workbench.design.solve import finish
 from workbench.design.speed_family import PlantFamily, plant_family
 from workbench.design.steering import Programme
+from workbench.design.variation import Variant
 from workbench.design.verdict import margin_verdicts
 from workbench.errors import InfeasibleError, InputError
 from workbench.goals.ride.requirement import Requirement, margin_kinds
@@ -279,9 +279,9 @@ def _exchanged(problem, plan: Plan, plants: PlantFamily, first: Design, on_round
     return _verified(problem, plan, seen.schedule, seen.cruise, seen.margins, rounds, plants, first, began)
 
 
-def _model(plants: PlantFamily, plan: Plan, speed: float) -> Model:
+def _model(plants: PlantFamily, plan: Plan, speed: float) -> Variant:
     one = plants.problem_at(speed).with_requirements(plan.requirements)
-    return Model(name=f"{speed:.4g} m/s", values={"speed_m_s": speed}, problem=one)
+    return Variant(name=f"{speed:.4g} m/s", values={"speed_m_s": speed}, problem=one)
 
 
 def dense_check(plants: PlantFamily, schedule: Schedule, plan: Plan, *, every: int = 1) -> tuple[MarginCurve, ...]:

@@ -15,7 +15,7 @@ from workbench.analysis.batch.closing import Closed, Closing
 from workbench.analysis.batch.plants import Reading, read
 from workbench.analysis.setting import Setting
 from workbench.control.gains import GAIN_NAMES, Gains
-from workbench.design.model import Model
+from workbench.design.variation import Variant
 from workbench.goals.ride.requirement import MarginRequirement
 
 AT_ONCE = 128  # loops in a stack: few enough to stay in the cache
@@ -33,7 +33,7 @@ class Screening:
         return tuple(read(setting, s, []) for s in setting.subjects)
 
     def shortfalls(
-        self, requirements: Sequence[MarginRequirement], models: Sequence[Model], readings, gains: Gains
+        self, requirements: Sequence[MarginRequirement], models: Sequence[Variant], readings, gains: Gains
     ) -> np.ndarray:
         """(models, requirements) relative misses, negative where met; infinite where an unstable loop has no value."""
         values = self.values(requirements, models, readings, gains)
@@ -41,7 +41,7 @@ class Screening:
         return np.where(np.isnan(out), np.inf, out)
 
     def values(
-        self, requirements: Sequence[MarginRequirement], models: Sequence[Model], readings, gains: Gains
+        self, requirements: Sequence[MarginRequirement], models: Sequence[Variant], readings, gains: Gains
     ) -> np.ndarray:
         """(requirements, models) their quantities; NaN for peaks and delays of unstable loops."""
         theta = np.array(list(gains.as_dict().values()))

@@ -12,9 +12,9 @@ import numpy as np
 
 from workbench.analysis.analysis import analyse
 from workbench.control import Gains
-from workbench.design.model import SENSORS, Box, Model, Variation, model_of, sentence
 from workbench.design.problem import Problem
 from workbench.design.screening import Screening
+from workbench.design.variation import SENSORS, Box, Variant, Variation, sentence, variant_of
 from workbench.design.verdict import margin_verdicts, verdicts
 from workbench.goals.ride.requirement import Requirement
 from workbench.goals.verdict import Verdict
@@ -49,12 +49,12 @@ class Search:
         self._screening = Screening(problem.setting) if all(r.margin_alone for r in self.asked) else None
         self.looked_at = 0
 
-    def model(self, values: Mapping[str, float], name: str = "") -> Model:
+    def model(self, values: Mapping[str, float], name: str = "") -> Variant:
         """A model, its plant built once."""
         plant = _plant_key(values)
         if plant not in self._plants:
-            self._plants[plant] = model_of(self.problem, dict(plant), self.asked).problem
-        return Model(name=name or sentence(values), values=dict(values), problem=self._plants[plant])
+            self._plants[plant] = variant_of(self.problem, dict(plant), self.asked).problem
+        return Variant(name=name or sentence(values), values=dict(values), problem=self._plants[plant])
 
     def verdicts(self, values: Mapping[str, float], gains: Gains) -> tuple[Verdict, ...]:
         """Exact verdicts on one model."""
@@ -70,7 +70,7 @@ class Search:
         models = [self.model(values) for values in each]
         return self._screening.shortfalls(self.asked, models, [self._reading(m) for m in models], gains)
 
-    def _reading(self, model: Model):
+    def _reading(self, model: Variant):
         plant = _plant_key(model.values)
         if plant not in self._readings:
             self._readings[plant] = Screening.readings(model.problem.setting)
@@ -130,7 +130,7 @@ def _distinct(each: Sequence[Mapping[str, float]]) -> list[Mapping[str, float]]:
     return out
 
 
-def judged_model(model: Model, gains: Gains) -> tuple[Verdict, ...]:
+def judged_model(model: Variant, gains: Gains) -> tuple[Verdict, ...]:
     """One exact verdict for each of the model's requirements, its sensors reading as they do."""
     own, problem = model.gains(gains), model.problem
     if all(r.margin_alone for r in problem.requirements):

@@ -15,10 +15,10 @@ from workbench.analysis.setting import MotorPoint, Setting
 from workbench.constants import GRAVITY
 from workbench.control import Gains, ModalLaw
 from workbench.control.schedule import Schedule
-from workbench.design.model import Box, Variation
 from workbench.design.models import VehicleModels, vehicle_structure
 from workbench.design.problem import Problem
 from workbench.design.scheduled import Plan
+from workbench.design.variation import Box, Variation
 from workbench.errors import InfeasibleError, InputError, unknown_name
 from workbench.files.digest import check_digest
 from workbench.files.own_plant import OwnData, is_own, own_problem_data
@@ -156,7 +156,7 @@ class ProblemData:
         return ProblemData(self.file.model_copy(update={"operating_point": point}), *self._rest)
 
     def elsewhere(self, values: Mapping[str, float]) -> tuple[Vehicle, Setting]:
-        """Vehicle and setting under values of `design.model.PARAMETERS`; the control law keeps its nominal places."""
+        """Vehicle and setting under values of `design.variation.PARAMETERS`; the law keeps its nominal places."""
         data = self.at_speed(values["speed_m_s"]) if "speed_m_s" in values else self
         if values.get("cg_forward_m", 0.0):
             given = data.file.operating_point or OperatingPointBlock(source="centre of gravity moved")

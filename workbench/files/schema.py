@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from workbench.control.gains import GAIN_NAMES
-from workbench.design.model import PARAMETERS
+from workbench.design.variation import PARAMETERS
 from workbench.files.block import Block, Finite, NotNegative, Positive, Source, Switch
 from workbench.files.physics import CornerBlock, ForceLawBlock, OperatingPointBlock, VehicleBlock
 from workbench.goals.ride.requirement import limit_keys, margin_kinds

@@ -15,7 +15,6 @@ from time import perf_counter
 from typing import Any
 
 from workbench.design.design import STARTS, design, method_of
-from workbench.design.model import STANDARD_BOX, Variation
 from workbench.design.plant_analysis import analysis_of
 from workbench.design.problem import Problem
 from workbench.design.record import Design, Start
@@ -25,6 +24,7 @@ from workbench.design.robustness import Case, robustness
 from workbench.design.scheduled import ROUNDS as SCHEDULE_ROUNDS
 from workbench.design.scheduled import ScheduledDesign, schedule_design
 from workbench.design.tradeoff import TradeOff, trade_off
+from workbench.design.variation import STANDARD_BOX, Variation
 from workbench.errors import InputError
 from workbench.goals.ride.requirement import boxed
 from workbench.handover.report.plant import plant_report

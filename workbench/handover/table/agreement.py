@@ -162,7 +162,7 @@ def _wherever(problem, schedule: bool) -> Iterator[tuple[str, Mapping[str, tuple
 
 def varied_box(variation) -> dict[str, tuple[float, float]]:
     """The smallest box that holds a variation's own box, its named models and the nominal vehicle."""
-    from workbench.design.model import PARAMETERS
+    from workbench.design.variation import PARAMETERS
 
     box = dict(variation.box.intervals) if variation.box else {}
     for values in variation.models.values():

@@ -1,6 +1,6 @@
 """Many models of one vehicle: what may differ from the nominal one, and what must hold for each.
 
-    Problem, {parameter: value}  --model_of-->  Model: the problem of that vehicle, and how its sensors read
+    Problem, {parameter: value}  --variant_of-->  Variant: the problem of that vehicle, and how its sensors read
     Box: {parameter: [low, high]} --vertices, points inside--> values
 
 Parameters: factors on masses, inertias, forces and sensor scales (1 is nominal), the centre of gravity's way forward
@@ -35,7 +35,7 @@ DRAWN = 128  # vertices of a larger box that are looked at besides the middle of
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
-class Model(Result):
+class Variant(Result):
     """One vehicle of many.
 
     name : for people;  values : what differs from the nominal vehicle
@@ -143,15 +143,15 @@ class Variation:
         return asked or (DecayRate(STABLE_DECAY),)
 
 
-def model_of(
+def variant_of(
     problem: Problem, values: Mapping[str, float], requirements: tuple[Requirement, ...] | None = None, name: str = ""
-) -> Model:
+) -> Variant:
     """The model with given values of `PARAMETERS`; requirements as the problem's unless given."""
     moved = {k: v for k, v in values.items() if k not in SENSORS and v != PARAMETERS[k][1]}
     one = problem.at(moved) if moved else problem
     if requirements is not None:
         one = one.with_requirements(requirements)
-    return Model(name=name or sentence(values), values=dict(values), problem=one)
+    return Variant(name=name or sentence(values), values=dict(values), problem=one)
 
 
 def sentence(values: Mapping[str, float]) -> str:
