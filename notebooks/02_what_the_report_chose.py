@@ -23,7 +23,6 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import workbench as wb
-from workbench.analysis.analysis import analyse
 from workbench.analysis.loop_curve import loop_curves
 from workbench.control.loop.locus import root_locus
 from workbench.design.procedure import double_root, filtered_start, heave_choice, unfiltered
@@ -58,8 +57,8 @@ double
 # Filters of one time constant leave these roots where they are, since absolute and relative rate have the same gain.
 
 # %%
-chosen = analyse(setting, gains, problem.name)
-filtered = analyse(setting, filtered_start(double.gains, 0.637), problem.name)
+chosen = wb.analyse(problem, gains).analysis
+filtered = wb.analyse(problem, filtered_start(double.gains, 0.637)).analysis
 moving = [m for m in chosen.modes if m.oscillates and m.damping < 0.99]
 for mode in moving:
     print(f"{mode.name:8s} {mode.frequency_hz:.3f} Hz, damping {mode.damping:.3f}")
@@ -80,15 +79,15 @@ print(f"lateral {1e3 * chosen.rms['gap_lateral']['front']:.1f} mm; Σ⟨α²⟩ 
 # current than assumed and the vehicle sinks. All the coupled loops together, over all frequencies:
 
 # %%
-lagged = problem.with_vehicle(problem.vehicle.with_extras(current_lag=0.010)).setting
-with_lag = analyse(lagged, gains, "10 ms lag")
+lagged = problem.with_vehicle(problem.vehicle.with_extras(current_lag=0.010))
+with_lag = wb.analyse(lagged, gains).analysis
 at_rest = (heave.passive_frequency_hz / 0.6005) ** 2
 print(f"heave alone at rest: {at_rest:.2f}")
 for name, peak in with_lag.peak_sensitivity.items():
     print(f"{name:14s} {peak.value:.3f} at {peak.frequency / (2 * np.pi):.3f} Hz")
 
 # %%
-curves = loop_curves(lagged, gains)
+curves = loop_curves(lagged.setting, gains)
 figure, axes = plt.subplots(1, 2, figsize=(11, 4.6), layout="constrained")
 for ax, group in zip(axes, ("heave_pitch", "sway_roll_yaw"), strict=True):
     wb.plots.plot_nyquist([c for c in curves if c.group == group], peak_sensitivity=2.0, ax=ax)
@@ -127,8 +126,8 @@ plt.show()
 # Shorter lateral filters cure it: they let the accelerometer's memory of a tilt fade.
 
 # %%
-both = problem.with_vehicle(problem.vehicle.with_extras(gravity_term=True, current_lag=0.010)).setting
-as_chosen, cured = (analyse(both, g) for g in (gains, gains.with_values(tau_y=0.2, tau_hp=0.2)))
+both = problem.with_vehicle(problem.vehicle.with_extras(gravity_term=True, current_lag=0.010))
+as_chosen, cured = (wb.analyse(both, g).analysis for g in (gains, gains.with_values(tau_y=0.2, tau_hp=0.2)))
 print(f"damping with gravity and lag: {as_chosen.damping:.4f}; with lateral filters of 0.2 s: {cured.damping:.3f}")
 
 # %% [markdown]

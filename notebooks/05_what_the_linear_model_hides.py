@@ -24,7 +24,6 @@ from dataclasses import replace
 import numpy as np
 
 import workbench as wb
-from workbench.analysis.analysis import analyse
 from workbench.control import Gains
 from workbench.errors import InfeasibleError
 from workbench.physics.forces.operating import law_at
@@ -77,7 +76,7 @@ for h in heights:
 # beyond the straight line, and the vertical acceleration is no more than that.
 
 # %%
-spectral = analyse(problem.setting, gains).rms
+spectral = wb.analyse(problem, gains).analysis.rms
 ratios = {}
 for factor in (0.05, 0.5, 1.0):
     runs = monte_carlo(curved, problem.setting.guideway, runs=6, duration=150.0, seed=2, factor=factor)
