@@ -118,6 +118,8 @@ class PlainPlant:
             return decay if decay > 0 else -math.inf
         if kind == "decay rate":
             return float((-near.real).min(initial=math.inf))
+        if kind == "pole frequency":
+            return float(np.abs(near).max(initial=0.0))
         if kind == "damping ratio":
             return float((-near.real / np.abs(near)).min(initial=math.inf))
         if decay <= 0:

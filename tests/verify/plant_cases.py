@@ -51,7 +51,9 @@ def _motor():
         goals.Poles(damping=0.4, name="damping", hard=True), goals.Sensitivity(points="voltage", limit=1.6, hard=True),
         goals.Gain(inputs="r", outputs="speed", limit=1.3),
         goals.Variance(inputs="voltage", outputs="speed", limit=0.2),
-        goals.Poles(decay=0.5, name="decay"), goals.Gain(inputs="speed", outputs="voltage", limit=200.0, openings=()),
+        goals.Poles(decay=0.5, frequency=200.0, name="decay"),
+        goals.Rejection(points="voltage", attenuation=2.0, focus=(0.0, 1.0)),
+        goals.Gain(inputs="speed", outputs="voltage", limit=200.0, openings=()),
     ]  # fmt: skip
     return [motor("light", 0.01), motor("heavy", 0.012)], structure, asked
 

@@ -19,7 +19,9 @@ from workbench.goals.gain import GainShape
 from workbench.goals.goal import NEAR, Asked, Bound, Goal, Largest, constant_limit, positive, some_names
 from workbench.goals.key import HERTZ, Key, magnitude
 from workbench.goals.peak import Axis, PeakMeasure, Piece
+from workbench.goals.promise import Promise, kept_limit
 from workbench.goals.registry import register
+from workbench.goals.verdict import Verdict
 from workbench.lti.end import first_terms, limit, size_at_end
 from workbench.lti.peak_ceiling import Ceiling, enclosure, loop_ceiling
 from workbench.lti.realisation import Realisation
@@ -81,6 +83,14 @@ class Rejection(Goal):
         channel = loop.sensitivity(self.points, self.openings)
         shape = GainShape.of(channel, profile=profile_of("attenuation", self.attenuation), power=1)
         return Bound(self, PeakMeasure(channel, shape, self.focus))
+
+    def promise(self, verdict: Verdict) -> Promise | None:
+        """Of a constant attenuation the peak sensitivity in the band."""
+        factor, reached = profile_of("attenuation", self.attenuation).constant, verdict.upper or verdict.value
+        if not factor or reached is None:
+            return None
+        limit = kept_limit(1 / factor, reached / factor, "<=")
+        return None if limit is None else self.promised(Sensitivity.proof, "<=", limit)
 
 
 @register

@@ -90,12 +90,12 @@ def agreement(document: dict[str, Any], problem, *, schedule: bool = True) -> Ag
     if difference is None or not difference <= SAME:
         how = "their signals differ" if difference is None else f"{place} differs by {difference:.2g} of its row"
         sentences.append(f"the plant rebuilt from {problem.name!r} must be the table's to 1e-9; {how}")
-    if not _alike(document["law"], law_part(problem.law, problem.sample_time)):
+    if not alike(document["law"], law_part(problem.law, problem.sample_time)):
         sentences.append(f"the control law's places and sample time must be those of {problem.name!r}; they differ")
     given = document.get("certificate")
     if given is not None:
         due = certificate_of(problem)
-        wrong = [key for key, value in due.items() if not _alike(given.get(key), value)]
+        wrong = [key for key, value in due.items() if not alike(given.get(key), value)]
         if wrong:
             sentences.append(f"the certificate must rest on the numbers of {problem.name!r}; {', '.join(wrong)} differ")
     sentences += _lacking(document, problem, schedule)
@@ -115,12 +115,12 @@ def agreement(document: dict[str, Any], problem, *, schedule: bool = True) -> Ag
     )  # fmt: skip
 
 
-def _alike(one: Any, other: Any) -> bool:
+def alike(one: Any, other: Any) -> bool:
     """The same structure, names and words; decimals the same to 1e-9, which is what another machine may change."""
     if isinstance(one, dict) and isinstance(other, dict):
-        return one.keys() == other.keys() and all(_alike(one[k], other[k]) for k in one)
+        return one.keys() == other.keys() and all(alike(one[k], other[k]) for k in one)
     if isinstance(one, list) and isinstance(other, list):
-        return len(one) == len(other) and all(map(_alike, one, other))
+        return len(one) == len(other) and all(map(alike, one, other))
     if isinstance(one, str) and isinstance(other, str) and one != other:
         try:
             a, b = float(one), float(other)

@@ -158,7 +158,8 @@ class PlantTable(Result, Part):
     @model_validator(mode="after")
     def whole(self) -> "PlantTable":
         """Models and blocks that can be made again."""
-        self.to_models(), self.to_structure()  # refuse what makes no sense
+        for part in (self.to_models, self.to_structure):
+            part()  # refuses what makes no sense
         return self
 
     @property

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from workbench.handover.table.agreement import AGREES, SAME, Agreement
+from workbench.handover.table.agreement import AGREES, SAME, Agreement, alike
 from workbench.handover.table.plant import listed, model_part, structure_part
 from workbench.lti.model import Model
 
@@ -46,7 +46,7 @@ def _models(printed: list[dict[str, Any]], models: tuple[Model, ...]) -> tuple[f
     for part, model in zip(printed, models, strict=True):
         ours = model_part(model)
         names = ("states", "inputs", "outputs", "lines", "sample_time_s")
-        other = [key for key in names if not _near(part[key], ours[key])]
+        other = [key for key in names if not alike(part[key], ours[key])]
         if other:
             sentences.append(f"model {model.name!r} must have the problem's {', '.join(other)}; they differ")
             continue
@@ -71,7 +71,7 @@ def _structure(printed: dict[str, Any], structure) -> Iterator[str]:
         return
     for k, (block, own) in enumerate(zip(printed["blocks"], ours["blocks"], strict=True)):
         for key in ("kind", "inputs", "outputs", "options"):
-            if not _near(block[key], own[key]):
+            if not alike(block[key], own[key]):
                 yield f"{key} of block {k} must be {str(own[key])[:80]}; the table has {str(block[key])[:80]}"
         if {s: p["name"] for s, p in block["parameters"].items()} != {
             s: p["name"] for s, p in own["parameters"].items()
@@ -128,18 +128,3 @@ def _close(one: float | None, other: float | None) -> bool:
     if one is None or other is None:
         return one is other
     return abs(one - other) <= AGREES * max(abs(one), abs(other), 1e-9)
-
-
-def _near(one: Any, other: Any) -> bool:
-    """The same structure and words; numbers and decimals the same to 1e-9."""
-    if isinstance(one, dict) and isinstance(other, dict):
-        return one.keys() == other.keys() and all(_near(one[k], other[k]) for k in one)
-    if isinstance(one, list) and isinstance(other, list):
-        return len(one) == len(other) and all(map(_near, one, other))
-    if isinstance(one, bool) or isinstance(other, bool) or one is None or other is None:
-        return one is other
-    try:
-        a, b = float(one), float(other)
-    except ValueError:
-        return one == other
-    return abs(a - b) <= SAME * max(abs(a), abs(b))
