@@ -167,6 +167,9 @@ def test_a_mat_file_of_other_things_is_refused(tmp_path, given):
         ("hard = true", "hard = 1", "must be true or false"),
         ('points = ["u"]', 'points = ["z"]', "goal.0: .*'z'"),
         ('points = ["u"]', "points = []", "at least one"),
+        ('points = ["u"]\n', "", "goal.0: a goal of kind 'margins' must say points"),
+        ('kind = "margins"', 'kind = "delay_margin"', "gain_db"),
+        ('outputs = "y"', "", "goal.1: a goal of kind 'step_tracking' must say outputs"),
         ("time_constant_s = 2", "time_constant_s = 0", "goal.1"),
         ("time_constant_s = 2", 'time_constant_s = 2\nmodels = ["barrel"]', "must name models of tank; got 'barrel'"),
         ("hard = true", "hard = true\nfocus_hz = [2, 1]", "low < high"),
@@ -178,6 +181,18 @@ def test_what_cannot_be_is_refused_by_its_key(tmp_path, old, new, sentence):
         load_problem(folder_with(tmp_path, LOOP.replace(old, new)))
     assert str(caught.value).startswith(str(tmp_path))
     assert len(str(caught.value)) < 1000
+
+
+def test_the_same_plant_in_other_units_is_the_same_problem(tmp_path):
+    other = LOOP.replace("dead_time_ms = 400", "dead_time_s = 0.4")
+    other = other.replace("time_constant_s = 2", "time_constant_ms = 2000")
+    other = other.replace('parts = "PI" }\nparameters = {', 'parts = "PI" }\nparameters = { Tf_min = 0.001,')
+    usual = LOOP.replace('parts = "PI" }\nparameters = {', 'parts = "PI" }\nparameters = { Tf_ms = 60.0,')
+    assert usual != other
+    one, two = (load_problem(folder_with(tmp_path / name, text)) for name, text in (("a", usual), ("b", other)))
+    assert one.systems[0].lines == two.systems[0].lines
+    assert one.structure.parameters == two.structure.parameters
+    assert one.goals == two.goals
 
 
 def test_a_speed_is_not_for_a_plant_of_ones_own(tmp_path):

@@ -5,7 +5,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import fields
+from dataclasses import MISSING, fields
 from typing import Any
 
 from workbench.errors import InputError
@@ -40,6 +40,14 @@ def goal_of(keys: Mapping[str, Any]) -> Goal:
         wanted = None if known[name].read is not None else types[known[name].target]
         if not _fits(value, wanted):
             raise InputError(f"{name} of a goal must be {WORDS.get(wanted, 'finite numbers')}; got {shown(value)}.")
+    said = {known[name].target for name in given}
+    for field in fields(cls):
+        needed = field.init and field.default is MISSING and field.default_factory is MISSING
+        if needed and field.name not in said:
+            words = [name for name, key in known.items() if key.target == field.name]
+            raise InputError(
+                f"a goal of kind {kind!r} must say {' or '.join(words) or field.name}; it does not. Add it."
+            )
     try:
         return goal(kind, given)
     except OverflowError as error:
