@@ -9,12 +9,29 @@ Source: Sinha, Electromagnetic Suspension (1987), ch. 2; Woodson & Melcher, Elec
 import math
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any, Protocol
 
 import casadi as ca
 
 from workbench.constants import MU_0
 from workbench.errors import InputError
 from workbench.physics.forces.elementwise import elementwise
+
+
+class Magnet(Protocol):
+    """What equations of motion need to know about a magnet, elementwise at a gap [m] and a current [A]."""
+
+    def force(self, gap, current) -> Any:
+        """Pull towards the rail [N]."""
+        ...
+
+    def inductance(self, gap, current) -> Any:
+        """∂λ/∂i [H]."""
+        ...
+
+    def flux_per_gap(self, gap, current) -> Any:
+        """∂λ/∂gap [V s/m]."""
+        ...
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

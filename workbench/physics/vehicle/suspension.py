@@ -15,12 +15,12 @@ from workbench.constants import GRAVITY
 from workbench.errors import InputError
 from workbench.physics.dynamics import Dynamics
 from workbench.physics.forces.actuator import Actuator
-from workbench.physics.forces.attraction import AttractionMagnet
+from workbench.physics.forces.attraction import Magnet
 from workbench.physics.guideway.span import Span
 
 
 def suspension(
-    mass: float, magnet: AttractionMagnet, actuator: Actuator, *, span: Span | None = None, speed: float = 0.0,
+    mass: float, magnet: Magnet, actuator: Actuator, *, span: Span | None = None, speed: float = 0.0,
     name: str = "suspension",
 ) -> Dynamics:  # fmt: skip
     """Heave of a mass on one magnet.
@@ -29,8 +29,7 @@ def suspension(
     ----------
     mass : float
         [kg]
-    magnet : AttractionMagnet
-        Or anything else with force, inductance and flux_per_gap of (gap, current).
+    magnet : Magnet
     actuator : Actuator
     span : Span, optional
         The guideway bends; without it, it is rigid.
