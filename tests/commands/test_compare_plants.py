@@ -1,4 +1,4 @@
-"""`workbench compare` on plants of one's own: designs of one problem side by side, and problems of either sort."""
+"""`workbench compare` and `workbench model` on plants of one's own."""
 
 import json
 
@@ -7,6 +7,7 @@ from typer.testing import CliRunner
 
 from workbench.commands.app import app
 from workbench.errors import InputError
+from workbench.files.problem import load_problem
 
 
 def run(*arguments):
@@ -62,3 +63,21 @@ def test_an_unknown_problem_is_one_sentence(name):
     result = run("heave", name)
     assert isinstance(result.exception, InputError)
     assert f"unknown problem {name!r}" in str(result.exception)
+
+
+def test_the_model_written_out_is_the_one_of_the_problem(tmp_path):
+    document = json.loads(CliRunner().invoke(app, ["model", "dc_motor", "--json"]).stdout)
+    (model,) = document["models"]
+    (own,) = load_problem("dc_motor").systems
+    assert model["A"] == own.plant.A.tolist()
+    assert model["outputs"] == ["speed"]
+    # Kp + Ki/s + Kd s/(Tf s + 1) with the data's numbers: at infinity Kp + Kd/Tf
+    assert document["controller"]["D"] == [[pytest.approx(20.0 + 1.0 / 0.01)]]
+    (tmp_path / "g.toml").write_text("Kp = 30.0")
+    given = ["--gains", str(tmp_path / "g.toml")]
+    other = json.loads(CliRunner().invoke(app, ["model", "dc_motor", *given, "--json"]).stdout)
+    assert other["controller"]["D"] == [[pytest.approx(30.0 + 1.0 / 0.01)]]
+    shown = CliRunner().invoke(app, ["model", "heat_exchanger"])
+    assert "Dead times" in shown.stdout
+    refused = CliRunner().invoke(app, ["model", "dc_motor", "--latex"])
+    assert isinstance(refused.exception, InputError)

@@ -18,7 +18,10 @@ def model(
     latex: Annotated[bool, typer.Option("--latex", help="Print LaTeX instead of tables.")] = False,
     json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
 ) -> None:
-    """Matrices, characteristic polynomials and transfer functions, beside the report's where it prints them."""
+    """Matrices, characteristic polynomials and transfer functions, beside the report's where it prints them.
+
+    Of a plant of one's own the matrices, dead times and poles of its models, and those of the controller.
+    """
     from workbench.errors import InputError
     from workbench.files.problem import load_problem, read_gains
     from workbench.ledger.model import model_sheet
@@ -27,6 +30,13 @@ def model(
     if latex and json:
         raise InputError("--latex and --json must not be given together; choose one.")
     loaded = load_problem(problem)
+    if not loaded.flies:
+        if latex:
+            raise InputError(
+                f"--latex writes a vehicle's formulas; {problem!r} controls a plant of its own. Leave it out."
+            )
+        _plant(loaded, gains, json)
+        return
     chosen = read_gains(gains) if gains else loaded.gains
     sheet = model_sheet(loaded.vehicle, loaded.law, chosen, loaded.name, loaded.setting.plant)
     if json:
@@ -65,3 +75,42 @@ def model(
         ("place", "as found", "correct", "kind"),
         [(e.place, e.as_found, e.correct, e.kind) for e in sheet.errata],
     )
+
+
+def _plant(loaded, gains: Path | None, json: bool) -> None:
+    """The models of a plant of one's own, and its controller at given values, or approved ones, or its own."""
+    from workbench.files.own_plant import read_values
+    from workbench.result import figure, plain
+
+    approved = loaded.approved if isinstance(loaded.approved, dict) else {}
+    structure = loaded.structure.with_values(
+        approved if gains is None else {**approved, **read_values(gains, loaded.structure)}
+    )
+    systems = [(m.name, m.plant, m.sample_time, m.lines, m.poles()) for m in loaded.systems]
+    K = structure.controller()
+    if json:
+        models = [
+            {"name": name, "sample_time_s": h, "states": p.states, "inputs": p.inputs, "outputs": p.outputs,
+             **{k: getattr(p, k) for k in "ABCD"}, "lines": lines, "poles": poles}
+            for name, p, h, lines, poles in systems
+        ]  # fmt: skip
+        controller = {"inputs": structure.inputs, "outputs": structure.outputs, "values": structure.values()}
+        controller |= {k: getattr(K, k) for k in "ABCD"}
+        emit_json(plain({"problem": loaded.name, "models": models, "controller": controller}))
+        return
+    for name, p, h, lines, poles in systems:
+        time = "continuous" if h is None else f"sampled every {h:g} s"
+        for k, rows, columns in (
+            ("A", p.states, p.states), ("B", p.states, p.inputs), ("C", p.outputs, p.states), ("D", p.outputs, p.inputs)
+        ):  # fmt: skip
+            cells = [(row, *map(figure, line.tolist())) for row, line in zip(rows, getattr(p, k), strict=True)]
+            emit_table(f"{name}, {time}" if k == "A" else "", (k, *columns), cells)
+        if lines:
+            emit_table("Dead times", ("from", "to", "s"), [(x.source, x.sink, f"{x.dead_time:g}") for x in lines])
+        emit_table("Poles", ("Re", "Im"), [(figure(float(s.real)), figure(float(s.imag))) for s in poles])
+    for k in "ABCD":
+        if getattr(K, k).size:
+            names = structure.outputs if k in "CD" else [f"state {i + 1}" for i in range(K.order)]
+            heads = structure.inputs if k in "BD" else [f"state {i + 1}" for i in range(K.order)]
+            cells = [(name, *map(figure, line.tolist())) for name, line in zip(names, getattr(K, k), strict=True)]
+            emit_table("Controller" if k == "A" else "", (k, *heads), cells)
