@@ -201,3 +201,15 @@ def test_python_control_goes_in_and_out_again():
 def test_the_algebra_gives_every_function_a_sentence():
     for name in ("connect", "append", "select", "open_at", "series", "parallel", "feedback", "lft"):
         assert getattr(algebra, name).__doc__
+
+
+def test_twins_keep_states_and_dead_times_apart():
+    P = tf([2.0], [1.0, 3.0], input="u", output="y", dead_time=0.1)
+    omega = np.array([0.3, 1.0, 5.0])
+    g = P.response(omega)[:, 0, 0]
+    twice = series(P, P)
+    np.testing.assert_allclose(twice.response(omega)[:, 0, 0], g**2, **AGREE)
+    assert len(set(twice.plant.states)) == len(twice.lines) == 2
+    four = feedback(parallel(twice, twice), P)
+    np.testing.assert_allclose(four.response(omega)[:, 0, 0], 2 * g**2 / (1 + 2 * g**3), **AGREE)
+    assert len(four.lines) == 5
