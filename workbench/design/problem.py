@@ -51,7 +51,8 @@ class Problem(Result):
     approved : values last approved: `Gains` of a vehicle, else mapping of parameter to value
     sample_time : of the discrete controller [s], if it has one
     data_sha256 : of the data file;  sources : block name to source
-    variation : `design.variation.Variation` that the parameters must bear;  plan : `design.scheduled.Plan` of a schedule
+    variation : `design.variation.Variation` that the parameters must bear
+    plan : `design.scheduled.Plan` of a schedule
 
     Raises
     ------

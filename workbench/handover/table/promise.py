@@ -95,8 +95,9 @@ def certified(table, problem, *, on_promise: OnPromise | None = None):
     on_promise : called with the name of each quantity and what became of it
 
     The box is the problem's variation if it has one, else `design.variation.STANDARD_BOX`, both as far as the checker
-    knows their factors (not the centre of gravity): mass ±15 %, each inertia ±10 %, current force ±10 %, gap force ±8 %. What
-    the problem asks of its whole variation, or of every speed, and nobody can prove there, the table says is undecided.
+    knows their factors (not the centre of gravity): mass ±15 %, each inertia ±10 %, current force ±10 %, gap force ±8
+    %. What the problem asks of its whole variation, or of every speed, and nobody can prove there, the table says is
+    undecided.
     """
     from workbench.design.variation import STANDARD_BOX
     from workbench.handover.table.agreement import varied_box
