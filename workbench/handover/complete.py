@@ -154,7 +154,13 @@ def complete(
         plain = table
         table, whole = attempted(lambda: _proved(plain, problem, show), plain, _time_for_extras(deadline))
         left_out += [] if whole else ["proofs over boxes"]
-    report = _report(found, evidence, curve, kept, table)
+    if problem.flies:
+        report = report_html(found, trade_off=curve, robustness=kept, table=table)
+        report = with_schedule(report, evidence) if isinstance(evidence, ScheduledDesign) else report
+    else:
+        whole_analysis, whole = attempted(lambda: analysis_of(found), None, _time_for_extras(deadline))
+        left_out += [] if whole else ["margins"]
+        report = plant_report(whole_analysis or analysis_of(found, margins=False), table=table)
     done = Completed(
         design=found, evidence=evidence, cases=cases, curve=curve, table=table, report=report,
         left_out=tuple(left_out), hurried=hurried,
@@ -237,14 +243,6 @@ def _proved(table: GainTable, problem: Problem, show: Show) -> GainTable:
     return certified(
         table, problem, on_promise=lambda name, words: step(f"{perf_counter() - began:.0f} s, {name}: {words}"[:90])
     )
-
-
-def _report(found: Design, evidence, curve: TradeOff | None, kept: dict[str, Any], table) -> str:
-    """The page."""
-    if not found.problem.flies:
-        return plant_report(analysis_of(found), table=table)
-    page = report_html(found, trade_off=curve, robustness=kept, table=table)
-    return with_schedule(page, evidence) if isinstance(evidence, ScheduledDesign) else page
 
 
 def _time_to_solve(deadline: Deadline) -> Deadline:

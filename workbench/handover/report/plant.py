@@ -45,7 +45,7 @@ def plant_report(analysis: PlantAnalysis, *, table: PlantTable | None = None, cr
         ("Poles", _poles(analysis)),
         ("Margins", _margins(analysis)),
         ("Step responses", _figures(analysis, _steps) if analysis.stable else ""),
-        ("Loops", _figures(analysis, _loops) if analysis.stable else ""),
+        ("Loops", _figures(analysis, _loops) if analysis.margins is not None else ""),
         ("Proofs", "" if table is None else _proofs(table)),
         ("Provenance", _provenance(analysis, table)),
     ]
