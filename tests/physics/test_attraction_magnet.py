@@ -189,3 +189,23 @@ def test_a_sampled_law_holds_its_voltage_and_one_too_slow_lets_the_magnet_go(tun
         steps = np.diff(motion["voltage"]) != 0
         assert not steps[np.arange(len(steps)) % round(h / 1e-4) != round(h / 1e-4) - 1].any()
     assert held == [True, True, False]
+
+
+def test_rest_and_poles_are_the_same_in_other_units():
+    # gap in micrometres, current in megaamperes: twelve decades between them
+    scale = {"gap": 1e-6, "velocity": 1.0, "current": 1e6}
+    plain, rest = suspension(MASS, MAGNET, SUPPLY), hovering()
+    x, u = {name: ca.SX.sym(name) for name in plain.states}, {name: ca.SX.sym(name) for name in plain.inputs}
+    rates, seen = plain.function(ca.vertcat(*(scale[n] * x[n] for n in plain.states)), ca.vertcat(*u.values()))
+    other = Dynamics.of(
+        "scaled",
+        states={n: (x[n], rates[i] / scale[n]) for i, n in enumerate(plain.states)},
+        inputs=u, outputs={n: seen[i] for i, n in enumerate(plain.outputs)},
+    )  # fmt: skip
+    found = other.rest({"gap": GAP * 1e6, "current": 1e-5}, ("current", "voltage"))
+    assert found["current"] * 1e6 == pytest.approx(rest["current"], rel=1e-12)
+    assert found["voltage"] == pytest.approx(rest["voltage"], rel=1e-12)
+    poles = [np.sort_complex(r.linearise().plant.poles()) for r in (rest, found)]
+    np.testing.assert_allclose(poles[1], poles[0], rtol=1e-9)  # LAPACK balances; the middle pair is well apart
+    with pytest.raises(InfeasibleError, match="'velocity' still changes"):  # a ten-millionth too little current
+        other.rest({"gap": GAP * 1e6, "current": found["current"] * (1 - 1e-7)}, ("voltage",))
