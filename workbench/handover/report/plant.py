@@ -112,7 +112,7 @@ def _poles(analysis: PlantAnalysis) -> str:
 
 def _margins(analysis: PlantAnalysis) -> str:
     if analysis.margins is None:
-        return f"<p>{UNSTABLE}</p>"
+        return f"<p>{'Margins were left out for want of time.' if analysis.stable else UNSTABLE}</p>"
     heads, rows = analysis.margins.table()
     return table_block(list(heads), [list(row) for row in rows], caption="One signal broken at a time, and all at once")
 
