@@ -12,6 +12,7 @@ from workbench.control.structure.blocks import (
     low_pass_second,
     notch,
     pid,
+    pid_matrix,
     pid_two_degrees,
     washout,
 )
@@ -45,6 +46,12 @@ MADE = {
     "pid": lambda: pid("r - y", "u", Kp=2.0, Ki=0.7, Kd=0.3, Tf=0.05),
     "pid of other names": lambda: pid("e", "u", Kp=Parameter("mine", 1.5, 0, 9), parts="PD", Kd=0.2, name="x"),
     "pid_two_degrees": lambda: pid_two_degrees("r", "y", "u", Kp=2.0, Ki=0.7, Kd=0.3, Tf=0.05, b=0.8, c=0.3),
+    "pid_matrix": lambda: pid_matrix(
+        ["a", "b"], ["u", "v"], Kp=[[1, 2], [3, 4]], Ki=[[0.1, 0.2], [0.3, 0.4]], Kd=[[0.5, 0], [0, 0.6]], Tf=0.2
+    ),
+    "pid_matrix of a mask": lambda: pid_matrix(
+        ["a", "b"], ["u"], Kp=[[1, 0]], Ki=[[0.1, 0]], Kd=[[0.5, 0]], Tf=0.2, mask=[[1, 0]], name="m"
+    ),
     "lead_lag": lambda: lead_lag("e", "u", K=3.0, T_zero=0.4, T_pole=0.07),
     "low_pass": lambda: low_pass("e", "u", tau=0.3),
     "low_pass_second": lambda: low_pass_second("e", "u", omega=7.0, zeta=0.4),
