@@ -72,6 +72,9 @@ STATEMENTS: dict[tuple[str, str], Words] = {
     ("analyse", "report"): Words("analyse heave --json", "--report OUT/r.html", ("report", "file r.html"), slow=True),
     ("analyse", "budget-seconds"): Words("analyse heave --json --budget-seconds", "0", (), "100", 2),
     ("analyse", "json"): Words("analyse heave", "--json", ("text",)),
+    ("new", "like"): Words("new OUT/loop", "--like heat_exchanger", ("file loop/data.toml",)),
+    ("new", "json"): Words("new OUT/loop", "--json", ("text",)),
+    ("compare", "gains"): Words("compare heave --json", f"--gains {table('heave_pitch')}", ("problems", "figures")),
     ("compare", "json"): Words("compare heave heave_pitch", "--json", ("text",)),
     ("model", "gains"): Words(
         "model heave_pitch --json", f"--gains {table('sway_roll_yaw')}", ("polynomials",), slow=True,
@@ -104,6 +107,7 @@ STATEMENTS: dict[tuple[str, str], Words] = {
     ("export", "sample-time-ms"): Words(f"{C} --accept", "--sample-time-ms 2", ("file gains.h",), slow=True),
     ("export", "computing-delay-ms"): Words(f"{C} --json --accept", "--computing-delay-ms 2", ("check",), slow=True),
     ("export", "accept"): Words(f"{C} --computing-delay-ms 2", "", (), "--accept", 1, slow=True),
+    ("export", "prefix"): Words(f"{C} --accept", "--prefix arm", ("file gains.h",), slow=True),
     ("export", "json"): Words(f"{C} --accept", "--json", ("text",), slow=True),
     ("study", "out"): Words("study STUDY --json --out", "OUT", ("file table.csv",), "ELSEWHERE", slow=True),
     ("study", "workers"): Words(STUDY, "--workers 0", code=2, slow=True),
