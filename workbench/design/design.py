@@ -5,7 +5,7 @@
 When none does: which requirement binds, where, and by how much it misses.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -167,23 +167,24 @@ def _smooth_design(problem, starts, seed, solver, start, workers, on_start, mode
             return finished(problem, programme, candidates, tuple(log), seed, solver)
 
 
-def refine(problem: Problem, start: Gains, *, solver: str = "slsqp") -> Design:
+def refine(problem: Problem, start: Gains, *, solver: str = "slsqp", sampled: bool = True) -> Design:
     """A design from given gains alone, straight at the wanted limits: for warm starts and small changes.
 
     Never dearer than the start itself, where that meets the requirements. Raises InfeasibleError like `design`.
     """
     with one_thread():
         programme = Programme(problem, back_off=BACK_OFFS[0])
-        return finished(problem, programme, [programme.start(start)], (), 0, solver)
+        return finished(problem, programme, [programme.start(start)], (), 0, solver, sampled=sampled)
 
 
 def finished(
     problem: Problem, programme: Programme, candidates, log: tuple[Start, ...], seed: int, solver: str,
-    at_limits: Sequence[Outcome] | None = None,
+    at_limits: Sequence[Outcome] | None = None, sampled: bool = True,
 ) -> Design:  # fmt: skip
     """Candidates brought to the wanted limits; the cheapest gains that meet everything, the candidates' own included.
 
     at_limits : outcomes that are there already; the candidates are then looked at as they are alone
+    sampled : whether the sampled law is to keep the requirements too, where moving from the limits is enough for that
 
     Where nothing does: the points of least violation are looked at as well, and the nearest says what binds. Where an
     interrupt or the end of a budget comes first: the cheapest that is verified by then.
@@ -195,9 +196,12 @@ def finished(
             outcome, programme = finish(programme, x, solver=solver)
             ended.append(outcome)
         looked_at += [_as_they_are(problem, programme, x) for x in candidates]
-        for outcome in ended:
-            looked_at.append(_verified(problem, programme, outcome, solver))
+        verified = [(_verified(problem, programme, outcome, solver), outcome) for outcome in ended]
+        looked_at += [judged for judged, _ in verified]
         best = _cheapest(looked_at)
+        if best is not None and sampled:
+            chased = [_kept(problem, programme, j, outcome, solver) for j, outcome in verified if j is best]
+            best = chased[0] if chased else best
         if best is None:
             nearest = [least_violation(programme, x).x for x in [*candidates, *(o.x for o in ended)]]
             looked_at += [_as_they_are(problem, programme, x) for x in nearest]
@@ -328,19 +332,26 @@ def _as_they_are(problem: Problem, programme: Programme, x: np.ndarray) -> _Judg
 
 
 def _verified(problem: Problem, programme: Programme, outcome: Outcome, solver: str) -> _Judged:
-    """Rounded gains with exact verdicts all met, and kept by the sampled law too, moving further from the limits where
-    they are not; else the first that are met, else the first.
-    """
+    """Rounded gains with exact verdicts all met, moving further from the limits where they are not; else the first."""
     first = _judged(problem, rounded(programme.gains(outcome.x)), outcome.binding)
-    if not outcome.feasible or (first.met and kept_sampled(problem, first.gains)):
+    if not outcome.feasible or first.met:
         return first
+    return next((j for j in _further(problem, programme, outcome, solver) if j.met), first)
+
+
+def _kept(problem: Problem, programme: Programme, best: _Judged, outcome: Outcome, solver: str) -> _Judged:
+    """Gains whose sampled law keeps the requirements as well, moving further from the limits; else the best."""
+    if kept_sampled(problem, best.gains):
+        return best
+    further = (j for j in _further(problem, programme, outcome, solver) if j.met and kept_sampled(problem, j.gains))
+    return next(further, best)
+
+
+def _further(problem: Problem, programme: Programme, outcome: Outcome, solver: str) -> Iterator[_Judged]:
+    """Rounded gains further and further from every limit."""
     for back_off in BACK_OFFS[1:]:
         outcome, programme = finish(programme.with_back_off(back_off), outcome.x, (1.0,), solver=solver)
-        again = _judged(problem, rounded(programme.gains(outcome.x)), outcome.binding)
-        if again.met and kept_sampled(problem, again.gains):
-            return again
-        first = again if again.met and not first.met else first
-    return first
+        yield _judged(problem, rounded(programme.gains(outcome.x)), outcome.binding)
 
 
 def _cheapest(looked_at: Sequence[_Judged]) -> _Judged | None:

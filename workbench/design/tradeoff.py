@@ -144,7 +144,7 @@ def _at(problem: Problem, programme: Programme, known, outcomes: list[Outcome], 
     """The best design at one limit: of the valleys' outcomes and of what is known; from fresh starts if none is met."""
     if outcomes:
         with suppress(InfeasibleError):
-            return finished(problem, programme, known, (), seed, "slsqp", at_limits=outcomes)
+            return finished(problem, programme, known, (), seed, "slsqp", at_limits=outcomes, sampled=False)
     return design(problem, starts=starts, seed=seed, workers=workers, near=[programme.gains(x) for x in known])
 
 
@@ -158,7 +158,7 @@ def better(problem: Problem, own: Design | None, tighter: Design | None) -> Desi
     """The cheaper of a design and what the gains of a tighter limit, which meet this one too, lead to."""
     if tighter is None:
         return own
-    other = refine(problem, tighter.gains)
+    other = refine(problem, tighter.gains, sampled=False)
     return other if own is None or (_cost(other) or 0.0) < (_cost(own) or 0.0) else own
 
 
