@@ -213,7 +213,7 @@ def _curve(problem: Problem, found: Design, options: dict[str, Any], show: Show)
     wanted = next(r.limit for r in problem.requirements if r.name == SWEPT)
     step = show("trade-off", len(TRADE_OFF))
     return trade_off(
-        problem, SWEPT, [wanted * f for f in TRADE_OFF], start=found.gains, starts=max(2, options["starts"] // 4),
+        problem, SWEPT, [wanted * f for f in TRADE_OFF], start=found.gains, starts=max(2, options["starts"] // 8),
         seed=options["seed"], workers=options["workers"], on_limit=lambda limit, cost: step(f"at {limit:.3g}"),
     )  # fmt: skip
 
