@@ -209,7 +209,7 @@ def _designed(problem: Problem, way: str, how: str, options: dict[str, Any], sho
 
 
 def _curve(problem: Problem, found: Design, options: dict[str, Any], show: Show) -> TradeOff:
-    """Cost against allowed peak sensitivity; a quarter of the design's starts at each limit."""
+    """Cost against allowed peak sensitivity, in the design's valley and in those of an eighth of its starts."""
     wanted = next(r.limit for r in problem.requirements if r.name == SWEPT)
     step = show("trade-off", len(TRADE_OFF))
     return trade_off(
