@@ -32,6 +32,7 @@ Numbers = Mapping[str, fmpq]
 Term = tuple[Sequence[fmpq], Sequence[fmpq], Sequence[fmpq]]  # weights of the inputs, numerator, denominator: s^n first
 ZERO, ONE = fmpq(0), fmpq(1)
 MOST_ORDER = 60
+POSITIVE = {"Tf", "T_zero", "T_pole", "tau", "omega"}
 
 
 def matrices_of(block: Block) -> Matrices:
@@ -52,6 +53,9 @@ def matrices_of(block: Block) -> Matrices:
             )
         if "parts" in allowed:
             _parts(k, options.get("parts", "PID"))
+        for slot in POSITIVE & set(slots):
+            if k[slot] <= 0:
+                raise TableError(f"{slot} of a {block.kind} must be positive; the table's is not. Mend it there.")
         found = _joined(terms(k))
     elif block.kind in WHOLE:
         found = WHOLE[block.kind](block, options)
