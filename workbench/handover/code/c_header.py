@@ -73,7 +73,10 @@ def checked_lines(check: DigitalCheck | None, place: str) -> str:
     if check is None:
         return " * The table holds no plant for this law: the sampled loop was not checked."
     plant = "vehicle" if check.what == "motions" else check.what
-    rows = [f" *   {name}: {figure(value)} {unit}".rstrip() for name, value, unit in check.rows()]
+    rows = [
+        f" *   {comment(f'{name}: {figure(value)} {unit}'.replace('→', 'to'))}".rstrip()
+        for name, value, unit in check.rows()
+    ]
     return "\n".join(
         [f" * Sampled loop with the table's {plant}{place}, exact between the samples, and single precision:", *rows]
     )
@@ -81,7 +84,7 @@ def checked_lines(check: DigitalCheck | None, place: str) -> str:
 
 def comment(text: str) -> str:
     """Text that cannot leave a comment or a string: ASCII without stars, quotes, backslashes, question marks."""
-    return re.sub(r"[^ A-Za-z0-9.,:;()\[\]_+=/-]", "_", text)
+    return re.sub(r"[^ A-Za-z0-9.,:;()\[\]_+=<>/-]", "_", text)
 
 
 def _ascii_unit(unit: str) -> str:

@@ -35,6 +35,8 @@ from workbench.handover.table.plant import PlantTable, PromisePart
 
 STEPS = (5.0, 2.0, 1.0)
 TRIED = 12  # sample times, four to a decade at most
+SLOWEST = 6  # poles of a loop with dead time that count as its own; the others are the dead time's
+MOST_SAMPLES = 200  # of a dead time in the search for a sample time
 BESIDE_FASTEST = 0.3  # of the fastest pole's time: where the search for a sample time begins
 
 
@@ -58,10 +60,18 @@ def _chosen(models, structure, promises, computing_delay: float) -> DigitalCheck
     from workbench.control.structure.loop import Loop
 
     K = structure.controller()
-    poles = np.concatenate([Loop(model, structure).poles(K) for model in models])
-    fastest = float(np.abs(poles[np.isfinite(poles)]).max(initial=0.0)) or 1.0
+    poles = [p for model in models for p in Loop(model, structure).poles(K)]
+    slow = sorted((p for p in poles if np.isfinite(p)), key=lambda p: -p.real)[:SLOWEST]
+    lags = [*K.poles(), *(p for model in models for p in model.plant.poles())]
+    fastest = float(np.abs([*lags, *(slow if any(m.delayed for m in models) else poles)]).max(initial=0.0)) or 1.0
+    longest = max((x.dead_time for model in models for x in model.lines), default=0.0)
     exponent = math.floor(math.log10(BESIDE_FASTEST / fastest))
-    steps = [m * 10.0**k for k in range(exponent, exponent - TRIED, -1) for m in STEPS if m * 10.0**k <= 1 / fastest]
+    steps = [
+        m * 10.0**k
+        for k in range(exponent, exponent - TRIED, -1)
+        for m in STEPS
+        if longest / MOST_SAMPLES <= m * 10.0**k <= 1 / fastest
+    ] or [longest / MOST_SAMPLES]
     refused: InputError | InfeasibleError | None = None
     for T in (float(f"{step:.0e}") for step in steps[:TRIED]):
         try:
