@@ -6,16 +6,17 @@
 """
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.goals.goal import NEAR, Asked, Bound, Goal, constant_limit, positive, some_names
+from workbench.goals.goal import NEAR, Asked, Measure, constant_limit
 from workbench.goals.key import Key, magnitude, weight
 from workbench.goals.peak import Axis, PeakMeasure, Piece
 from workbench.goals.registry import register
+from workbench.goals.signals import ChannelGoal, check_scale, check_weights
 from workbench.lti.end import first_terms, limit, over_steep, size_at_end
 from workbench.lti.join import difference, series
 from workbench.lti.peak_ceiling import Ceiling, enclosure, gain_ceiling
@@ -25,7 +26,7 @@ from workbench.lti.weight import Filter, Profile, ProfileLike, WeightLike, filte
 
 @register
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Gain(Goal):
+class Gain(ChannelGoal):
     """The largest gain from inputs to outputs stays below a limit: value = sup σ_max(T)/|limit|.
 
     Parameters
@@ -38,29 +39,21 @@ class Gain(Goal):
     kind, proof = "gain", "peak gain"
     keys = magnitude("limit")
 
-    inputs: tuple[str, ...] = field(kw_only=False)
-    outputs: tuple[str, ...] = field(kw_only=False)
     limit: ProfileLike = 1.0
 
-    def __post_init__(self) -> None:
-        check_signals(self)
+    def check_fields(self) -> None:
         profile_of("limit", self.limit)
-        Goal.__post_init__(self)
 
     def asked(self) -> Asked:
         return constant_limit(self.limit)
 
-    def bind(self, loop: Any) -> Bound:
-        """The goal on one loop."""
-        channel = loop.channel(inputs=self.inputs, outputs=self.outputs, openings=self.openings)
-        return Bound(
-            self, PeakMeasure(channel, GainShape.of(channel, profile=profile_of("limit", self.limit)), self.focus)
-        )
+    def measure(self, channel: Any) -> Measure:
+        return PeakMeasure(channel, GainShape.of(channel, profile=profile_of("limit", self.limit)), self.focus)
 
 
 @register
 @dataclass(frozen=True, slots=True, kw_only=True)
-class WeightedGain(Goal):
+class WeightedGain(ChannelGoal):
     """sup σ_max(L T W) with filters L after the outputs (`left`) and W before the inputs (`right`).
 
     Parameters
@@ -73,26 +66,19 @@ class WeightedGain(Goal):
     kind = "weighted_gain"
     keys = (*weight("left"), *weight("right"))
 
-    inputs: tuple[str, ...] = field(kw_only=False)
-    outputs: tuple[str, ...] = field(kw_only=False)
     left: WeightLike = 1.0
     right: WeightLike = 1.0
 
-    def __post_init__(self) -> None:
-        check_signals(self)
+    def check_fields(self) -> None:
         check_weights(self)
-        Goal.__post_init__(self)
 
-    def bind(self, loop: Any) -> Bound:
-        """The goal on one loop."""
-        channel = loop.channel(inputs=self.inputs, outputs=self.outputs, openings=self.openings)
-        shape = GainShape.of(channel, left=self.left, right=self.right)
-        return Bound(self, PeakMeasure(channel, shape, self.focus))
+    def measure(self, channel: Any) -> Measure:
+        return PeakMeasure(channel, GainShape.of(channel, left=self.left, right=self.right), self.focus)
 
 
 @register
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Tracking(Goal):
+class Tracking(ChannelGoal):
     """The tracking error T − I stays below a profile: sup σ_max(T − I)/|e(jω)|, e = (peak s + dc ω_c)/(s + ω_c).
 
     Parameters
@@ -111,71 +97,32 @@ class Tracking(Goal):
 
     kind = "tracking"
     keys = (Key("response_time_s", "response_time"), Key("dc_error"), Key("peak_error"), Key("scale"))
+    sizes, in_pairs = (("response_time", "s"), ("dc_error", ""), ("peak_error", "")), True
 
-    inputs: tuple[str, ...] = field(kw_only=False)
-    outputs: tuple[str, ...] = field(kw_only=False)
     response_time: float
     dc_error: float = 1e-3
     peak_error: float = 1.0
     scale: tuple[float, ...] | None = None
 
-    def __post_init__(self) -> None:
-        check_signals(self)
-        for key in ("response_time", "dc_error", "peak_error"):
-            object.__setattr__(self, key, positive(key, getattr(self, key)))
+    def check_fields(self) -> None:
         if not self.dc_error < self.peak_error:
             raise InputError(
                 f"dc_error must be below peak_error; got {self.dc_error} and {self.peak_error}. "
                 "Errors grow with frequency."
             )
-        check_pairs(self)
         check_scale(self)
-        Goal.__post_init__(self)
 
-    def bind(self, loop: Any) -> Bound:
-        """The goal on one loop."""
-        channel = loop.channel(inputs=self.inputs, outputs=self.outputs, openings=self.openings)
+    def measure(self, channel: Any) -> Measure:
         corner = 2 / self.response_time
         error = profile_of("error", ([self.peak_error, self.dc_error * corner], [1.0, corner]))
         scale = np.ones(len(self.inputs)) if self.scale is None else np.asarray(self.scale, float)
         minus = Realisation(*_empty(len(scale)), np.eye(len(scale)))
         shape = GainShape.of(channel, left=np.diag(1 / scale), right=np.diag(scale), minus=minus, profile=error)
-        return Bound(self, PeakMeasure(channel, shape, self.focus))
+        return PeakMeasure(channel, shape, self.focus)
 
 
 def _empty(size: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return np.zeros((0, 0)), np.zeros((0, size)), np.zeros((size, 0))
-
-
-def check_signals(goal: Any) -> None:
-    """Inputs and outputs are tuples of names, at least one each."""
-    for key in ("inputs", "outputs"):
-        object.__setattr__(goal, key, some_names(key, getattr(goal, key)))
-
-
-def check_pairs(goal: Any) -> None:
-    """As many outputs as inputs."""
-    if len(goal.inputs) != len(goal.outputs):
-        raise InputError(
-            f"inputs and outputs must pair up; got {len(goal.inputs)} inputs and {len(goal.outputs)} outputs. "
-            "Name each output beside its input."
-        )
-
-
-def check_scale(goal: Any) -> None:
-    """The scale, if given, has one positive size per input."""
-    if goal.scale is None:
-        return
-    sizes = np.atleast_1d(np.asarray(goal.scale, float))
-    if sizes.shape != (len(goal.inputs),) or not (np.isfinite(sizes).all() and (sizes > 0).all()):
-        raise InputError(f"scale must give one positive size for each of {list(goal.inputs)}; got {goal.scale!r}.")
-    object.__setattr__(goal, "scale", tuple(float(size) for size in sizes))
-
-
-def check_weights(goal: Any) -> None:
-    """The weights are stable filters that fit the signals."""
-    filter_of("left", goal.left, len(goal.outputs), side="left")
-    filter_of("right", goal.right, len(goal.inputs), side="right")
 
 
 @dataclass(frozen=True, slots=True, eq=False)

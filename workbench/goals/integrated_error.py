@@ -9,16 +9,15 @@ s = 0 are the dead times themselves, and the sample time.
 Source: Åström & Hägglund, Advanced PID Control (2006), section 4.3; Boyd, Hast & Åström (2016).
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from workbench.goals.gain import check_signals
-from workbench.goals.goal import NEAR, Asked, Bound, Goal, Value, infinite, near, positive, stability_reason
+from workbench.goals.goal import NEAR, Asked, Measure, Value, infinite, near, stability_reason
 from workbench.goals.key import Key
-from workbench.goals.margin import no_focus
 from workbench.goals.registry import register
+from workbench.goals.signals import ChannelGoal
 
 if TYPE_CHECKING:
     from workbench.control.structure.block import Controller
@@ -29,7 +28,7 @@ REMAINS = "the error does not vanish: T(0) = {:.3g}. The integrated error needs 
 
 @register
 @dataclass(frozen=True, slots=True, kw_only=True)
-class IntegratedError(Goal):
+class IntegratedError(ChannelGoal):
     """∫ outputs dt after unit steps at the inputs stays small: value = σ_max(T'(0))/limit, T(0) = 0.
 
     limit : [s] times units of the outputs per unit of the inputs
@@ -38,24 +37,15 @@ class IntegratedError(Goal):
     kind = "integrated_error"
     unit = "s"
     keys = (Key("limit_s", "limit"),)
+    sizes, all_frequencies = (("limit", "s"),), True
 
-    inputs: tuple[str, ...] = field(kw_only=False)
-    outputs: tuple[str, ...] = field(kw_only=False)
     limit: float = 1.0
-
-    def __post_init__(self) -> None:
-        check_signals(self)
-        object.__setattr__(self, "limit", positive("limit", self.limit, "s"))
-        no_focus(self)
-        Goal.__post_init__(self)
 
     def asked(self) -> Asked:
         return Asked("<=", self.limit, "s", lambda v: self.limit * v)
 
-    def bind(self, loop: Any) -> Bound:
-        """The goal on one loop."""
-        channel = loop.channel(inputs=self.inputs, outputs=self.outputs, openings=self.openings)
-        return Bound(self, SlopeAtRest(channel, self.limit))
+    def measure(self, channel: Any) -> Measure:
+        return SlopeAtRest(channel, self.limit)
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,18 +9,19 @@ maximum where it is below: near the crossover margins decide.
 """
 
 import math
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, ClassVar
 
 import numpy as np
 
 from workbench.errors import InputError
 from workbench.goals.gain import GainShape
-from workbench.goals.goal import NEAR, Asked, Bound, Goal, Largest, constant_limit, positive, some_names
+from workbench.goals.goal import NEAR, Asked, Largest, Measure, constant_limit, positive
 from workbench.goals.key import HERTZ, Key, magnitude
 from workbench.goals.peak import Axis, PeakMeasure, Piece
 from workbench.goals.promise import Promise, kept_limit
 from workbench.goals.registry import register
+from workbench.goals.signals import PointGoal
 from workbench.goals.verdict import Verdict
 from workbench.lti.end import first_terms, limit, size_at_end
 from workbench.lti.peak_ceiling import Ceiling, enclosure, loop_ceiling
@@ -30,7 +31,7 @@ from workbench.lti.weight import Profile, ProfileLike, profile_of
 
 @register
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Sensitivity(Goal):
+class Sensitivity(PointGoal):
     """The sensitivity at points stays below a limit: sup σ_max(S)/|limit|.
 
     points : names; limit : number above 0, scalar transfer function or breakpoints {ω: magnitude}.
@@ -39,28 +40,21 @@ class Sensitivity(Goal):
     kind, proof = "sensitivity", "peak sensitivity"
     keys = magnitude("limit")
 
-    points: tuple[str, ...] = field(kw_only=False)
     limit: ProfileLike = 2.0
 
-    def __post_init__(self) -> None:
-        _points(self)
+    def check_fields(self) -> None:
         profile_of("limit", self.limit)
-        Goal.__post_init__(self)
 
     def asked(self) -> Asked:
         return constant_limit(self.limit)
 
-    def bind(self, loop: Any) -> Bound:
-        """The goal on one loop."""
-        channel = loop.sensitivity(self.points, self.openings)
-        return Bound(
-            self, PeakMeasure(channel, GainShape.of(channel, profile=profile_of("limit", self.limit)), self.focus)
-        )
+    def measure(self, channel: Any) -> Measure:
+        return PeakMeasure(channel, GainShape.of(channel, profile=profile_of("limit", self.limit)), self.focus)
 
 
 @register
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Rejection(Goal):
+class Rejection(PointGoal):
     """Disturbances at points are attenuated by at least a factor: sup σ_max(S)·|attenuation|.
 
     points : names; attenuation : number, scalar transfer function or breakpoints {ω: factor}. A number asks for it at
@@ -70,19 +64,14 @@ class Rejection(Goal):
     kind = "rejection"
     keys = magnitude("attenuation")
 
-    points: tuple[str, ...] = field(kw_only=False)
     attenuation: ProfileLike
 
-    def __post_init__(self) -> None:
-        _points(self)
+    def check_fields(self) -> None:
         profile_of("attenuation", self.attenuation)
-        Goal.__post_init__(self)
 
-    def bind(self, loop: Any) -> Bound:
-        """The goal on one loop."""
-        channel = loop.sensitivity(self.points, self.openings)
+    def measure(self, channel: Any) -> Measure:
         shape = GainShape.of(channel, profile=profile_of("attenuation", self.attenuation), power=1)
-        return Bound(self, PeakMeasure(channel, shape, self.focus))
+        return PeakMeasure(channel, shape, self.focus)
 
     def promise(self, verdict: Verdict) -> Promise | None:
         """Of a constant attenuation the peak sensitivity in the band."""
@@ -93,59 +82,42 @@ class Rejection(Goal):
         return None if limit is None else self.promised(Sensitivity.proof, "<=", limit)
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _LoopGain(PointGoal):
+    """A loop gain against a profile, from the side that `power` says."""
+
+    keys = magnitude("profile")
+    power: ClassVar[int]
+
+    profile: ProfileLike
+
+    def check_fields(self) -> None:
+        profile_of("profile", self.profile)
+
+    def measure(self, channel: Any) -> Measure:
+        shape = LoopGainShape(profile_of("profile", self.profile), self.power, 1.0, self.points)
+        return PeakMeasure(channel, shape, self.focus)
+
+
 @register
 @dataclass(frozen=True, slots=True, kw_only=True)
-class MinLoopGain(Goal):
+class MinLoopGain(_LoopGain):
     """σ_min(L) is at least a profile wherever the profile is above 1: sup |profile|/σ_min(L)."""
 
-    kind = "min_loop_gain"
-    keys = magnitude("profile")
-
-    points: tuple[str, ...] = field(kw_only=False)
-    profile: ProfileLike
-
-    def __post_init__(self) -> None:
-        _points(self)
-        profile_of("profile", self.profile)
-        Goal.__post_init__(self)
-
-    def bind(self, loop: Any) -> Bound:
-        """The goal on one loop."""
-        channel = loop.sensitivity(self.points, self.openings)
-        return Bound(
-            self,
-            PeakMeasure(channel, LoopGainShape(profile_of("profile", self.profile), 1, 1.0, self.points), self.focus),
-        )
+    kind, power = "min_loop_gain", 1
 
 
 @register
 @dataclass(frozen=True, slots=True, kw_only=True)
-class MaxLoopGain(Goal):
+class MaxLoopGain(_LoopGain):
     """σ_max(L) is at most a profile wherever the profile is below 1: sup σ_max(L)/|profile|."""
 
-    kind = "max_loop_gain"
-    keys = magnitude("profile")
-
-    points: tuple[str, ...] = field(kw_only=False)
-    profile: ProfileLike
-
-    def __post_init__(self) -> None:
-        _points(self)
-        profile_of("profile", self.profile)
-        Goal.__post_init__(self)
-
-    def bind(self, loop: Any) -> Bound:
-        """The goal on one loop."""
-        channel = loop.sensitivity(self.points, self.openings)
-        return Bound(
-            self,
-            PeakMeasure(channel, LoopGainShape(profile_of("profile", self.profile), -1, 1.0, self.points), self.focus),
-        )
+    kind, power = "max_loop_gain", -1
 
 
 @register
 @dataclass(frozen=True, slots=True, kw_only=True)
-class LoopShape(Goal):
+class LoopShape(PointGoal):
     """The loop gain follows a target: at least target/δ where that is above 1, at most target·δ where that is below 1.
 
     Parameters
@@ -162,37 +134,28 @@ class LoopShape(Goal):
 
     kind = "loop_shape"
     keys = (*magnitude("target"), Key("crossover_hz", "crossover", HERTZ), Key("tolerance_db"))
+    sizes = (("tolerance_db", "dB"),)
 
-    points: tuple[str, ...] = field(kw_only=False)
     target: ProfileLike = None
     crossover: float | None = None
     tolerance_db: float = 6.0
 
-    def __post_init__(self) -> None:
-        _points(self)
+    def check_fields(self) -> None:
         if (self.target is None) == (self.crossover is None):
             raise InputError(
                 f"LoopShape needs a target or a crossover, not both; got {self.target!r}, {self.crossover!r}."
             )
         self._wanted()
-        object.__setattr__(self, "tolerance_db", positive("tolerance_db", self.tolerance_db, "dB"))
-        Goal.__post_init__(self)
 
-    def bind(self, loop: Any) -> Bound:
-        """The goal on one loop."""
-        channel = loop.sensitivity(self.points, self.openings)
+    def measure(self, channel: Any) -> Measure:
         delta, target = 10 ** (self.tolerance_db / 20), self._wanted()
         shapes = [LoopGainShape(target, power, delta ** float(-power), self.points) for power in (1, -1)]
-        return Bound(self, Largest(tuple(PeakMeasure(channel, shape, self.focus) for shape in shapes)))
+        return Largest(tuple(PeakMeasure(channel, shape, self.focus) for shape in shapes))
 
     def _wanted(self) -> Profile:
         if self.crossover is None:
             return profile_of("target", self.target)
         return profile_of("target", ([positive("crossover", self.crossover, "rad/s")], [1.0, 0.0]))
-
-
-def _points(goal: Any) -> None:
-    object.__setattr__(goal, "points", some_names("points", goal.points))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

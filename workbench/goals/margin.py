@@ -8,18 +8,19 @@ An unstable loop has no margins: its value is infinite.
 """
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from workbench.errors import InputError
 from workbench.goals.gain import GainShape
-from workbench.goals.goal import NEAR, Asked, Bound, Goal, Largest, Value, infinite, near, positive, some_names
+from workbench.goals.goal import NEAR, Asked, Bound, Largest, Measure, Value, infinite, near
 from workbench.goals.key import Key
 from workbench.goals.peak import Axis, PeakMeasure, Piece, Sampled, sampled
 from workbench.goals.promise import Promise, kept_limit
 from workbench.goals.registry import register
+from workbench.goals.signals import PointGoal
 from workbench.goals.verdict import Verdict
 from workbench.lti.bilinear import unwarped
 from workbench.lti.disk import disk_margin
@@ -48,7 +49,7 @@ NO_ROLL_OFF = "the loop gain is 1 or more at all high frequencies; any dead time
 
 @register
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Margins(Goal):
+class Margins(PointGoal):
     """Gain and phase at all points may change at the same time, independently, by a margin.
 
     Parameters
@@ -65,19 +66,16 @@ class Margins(Goal):
     kind = "margins"
     keys = (Key("gain_db"), Key("phase_deg"))
 
-    points: tuple[str, ...] = field(kw_only=False)
     gain_db: float = 0.0
     phase_deg: float = 0.0
     hard: bool = True
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "points", some_names("points", self.points))
+    def check_fields(self) -> None:
         if not (0 <= self.gain_db <= MOST_DB and 0 <= self.phase_deg < 180) or self.gain_db == self.phase_deg == 0:
             raise InputError(
                 f"Margins needs gain_db from 0 to {MOST_DB:g} and phase_deg from 0 to below 180, not both zero; "
                 f"got {self.gain_db!r} dB and {self.phase_deg!r}°. Typical: 6 dB and 40°."
             )
-        Goal.__post_init__(self)
 
     @property
     def alpha(self) -> float:
@@ -99,17 +97,13 @@ class Margins(Goal):
         limit = kept_limit(self.alpha, disk(*own), ">=") if max(own) > 0 else None
         return None if limit is None else self.promised("disk margin", ">=", limit)
 
-    def bind(self, loop: Any) -> Bound:
-        """The goal on one loop."""
-        channel = loop.sensitivity(self.points, self.openings)
+    def measure(self, channel: Any) -> Measure:
         count = len(self.points)
         half = Realisation(np.zeros((0, 0)), np.zeros((0, count)), np.zeros((count, 0)), np.eye(count) / 2)
         if count == 1:
-            return Bound(
-                self, PeakMeasure(channel, GainShape.of(channel, minus=half, profile=1 / self.alpha), self.focus)
-            )
+            return PeakMeasure(channel, GainShape.of(channel, minus=half, profile=1 / self.alpha), self.focus)
         close = CLOSE if count == 2 else MU_CLOSE
-        return Bound(self, DiskMeasure(PeakMeasure(channel, MuShape(self.alpha, self.points), self.focus, close)))
+        return DiskMeasure(PeakMeasure(channel, MuShape(self.alpha, self.points), self.focus, close))
 
 
 def disk(gain_db: float, phase_deg: float) -> float:
@@ -196,7 +190,7 @@ class DiskMeasure:
 
 @register
 @dataclass(frozen=True, slots=True, kw_only=True)
-class DelayMargin(Goal):
+class DelayMargin(PointGoal):
     """Each point bears a further dead time while the others stay closed: value = delay/(smallest that destabilises).
 
     points : names; delay : float [s]
@@ -206,26 +200,18 @@ class DelayMargin(Goal):
 
     kind, proof = "delay_margin", "delay margin"
     keys = (Key("delay_s", "delay"),)
+    sizes, all_frequencies = (("delay", "s"),), True
 
-    points: tuple[str, ...] = field(kw_only=False)
     delay: float
     hard: bool = True
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "points", some_names("points", self.points))
-        object.__setattr__(self, "delay", positive("delay", self.delay, "s"))
-        no_focus(self)
-        Goal.__post_init__(self)
 
     def asked(self) -> Asked:
         return Asked(">=", self.delay, "s", lambda v: self.delay / v if v else math.inf)
 
     def bind(self, loop: Any) -> Bound:
         """The goal on one loop."""
-        return Bound(
-            self,
-            Largest(tuple(DelayMeasure(loop.sensitivity((p,), self.openings), self.delay, p) for p in self.points)),
-        )
+        each = (DelayMeasure(loop.sensitivity((p,), self.openings), self.delay, p) for p in self.points)
+        return Bound(self, Largest(tuple(each)))
 
 
 def whole_samples(S: Realisation, h: float, delay: float) -> tuple[float, float]:
@@ -246,12 +232,6 @@ def whole_samples(S: Realisation, h: float, delay: float) -> tuple[float, float]
         if np.abs(np.linalg.eigvals(late)).max() >= 1:
             return delay / (d * h), delay / ((d - 1) * h) if d > 1 else math.inf
     return delay / ((most + 1) * h), delay / (most * h)
-
-
-def no_focus(goal: Goal) -> None:
-    """Refuse a focus band that a goal cannot use."""
-    if tuple(goal.focus) != (0.0, math.inf):
-        raise InputError(f"{type(goal).__name__} looks at all frequencies; got focus {goal.focus}. Leave it out.")
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,18 +10,18 @@ boundary is in `goal_scattering`.
 """
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.goals.gain import check_pairs, check_signals, check_weights
-from workbench.goals.goal import NEAR, Bound, Goal
+from workbench.goals.goal import NEAR, Measure
 from workbench.goals.key import Key, weight
 from workbench.goals.peak import Axis, PeakMeasure, Piece
 from workbench.goals.registry import register
 from workbench.goals.scattering import SectorMeasure
+from workbench.goals.signals import ChannelGoal, check_pairs, check_weights
 from workbench.lti.count import unstable_poles
 from workbench.lti.crossing import zeros
 from workbench.lti.join import series
@@ -35,7 +35,7 @@ FAST_ZERO = 1e8  # relative to ‖A‖: zeros beyond stand for infinity
 
 @register
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Passivity(Goal):
+class Passivity(ChannelGoal):
     """The channel is passive, or passive with a reserve: yᵀu ≥ input_index uᵀu + output_index yᵀy.
 
     Parameters
@@ -50,49 +50,37 @@ class Passivity(Goal):
 
     kind = "passivity"
     keys = (Key("input_index"), Key("output_index"))
+    in_pairs = True
 
-    inputs: tuple[str, ...] = field(kw_only=False)
-    outputs: tuple[str, ...] = field(kw_only=False)
     input_index: float = 0.0
     output_index: float = 0.0
 
-    def __post_init__(self) -> None:
-        check_signals(self)
-        check_pairs(self)
+    def check_fields(self) -> None:
         _check_indices(self.input_index, self.output_index)
-        Goal.__post_init__(self)
 
-    def bind(self, loop: Any) -> Bound:
-        """The goal on one loop."""
-        channel = loop.channel(inputs=self.inputs, outputs=self.outputs, openings=self.openings)
+    def measure(self, channel: Any) -> Measure:
         matrix = _passive(len(self.inputs), self.input_index, self.output_index)
-        return Bound(self, SectorMeasure(PeakMeasure(channel, SectorShape.of(channel, matrix), self.focus)))
+        return SectorMeasure(PeakMeasure(channel, SectorShape.of(channel, matrix), self.focus))
 
 
 @register
 @dataclass(frozen=True, slots=True, kw_only=True)
-class WeightedPassivity(Goal):
+class WeightedPassivity(ChannelGoal):
     """L T W is passive, with filters L after the outputs and W before the inputs; else as `Passivity`."""
 
     kind = "weighted_passivity"
     keys = (*weight("left"), *weight("right"), *Passivity.keys)
 
-    inputs: tuple[str, ...] = field(kw_only=False)
-    outputs: tuple[str, ...] = field(kw_only=False)
     left: WeightLike = 1.0
     right: WeightLike = 1.0
     input_index: float = 0.0
     output_index: float = 0.0
 
-    def __post_init__(self) -> None:
-        check_signals(self)
+    def check_fields(self) -> None:
         check_weights(self)
         _check_indices(self.input_index, self.output_index)
-        Goal.__post_init__(self)
 
-    def bind(self, loop: Any) -> Bound:
-        """The goal on one loop."""
-        channel = loop.channel(inputs=self.inputs, outputs=self.outputs, openings=self.openings)
+    def measure(self, channel: Any) -> Measure:
         left = filter_of("left", self.left, len(self.outputs), side="left")
         right = filter_of("right", self.right, len(self.inputs), side="right")
         count = right.system.D.shape[1]
@@ -102,14 +90,12 @@ class WeightedPassivity(Goal):
                 f"and {count} inputs. Mend the filters."
             )
         matrix = _passive(count, self.input_index, self.output_index)
-        return Bound(
-            self, SectorMeasure(PeakMeasure(channel, SectorShape.of(channel, matrix, left, right), self.focus))
-        )
+        return SectorMeasure(PeakMeasure(channel, SectorShape.of(channel, matrix, left, right), self.focus))
 
 
 @register
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ConicSector(Goal):
+class ConicSector(ChannelGoal):
     """The channel lies in a conic sector.
 
     Parameters
@@ -124,13 +110,10 @@ class ConicSector(Goal):
     kind = "conic_sector"
     keys = (Key("sector", read=tuple, written=list), Key("matrix"))
 
-    inputs: tuple[str, ...] = field(kw_only=False)
-    outputs: tuple[str, ...] = field(kw_only=False)
     sector: tuple[float, float] | None = None
     matrix: Any = None
 
-    def __post_init__(self) -> None:
-        check_signals(self)
+    def check_fields(self) -> None:
         if (self.sector is None) == (self.matrix is None):
             raise InputError(
                 "ConicSector needs a sector or a matrix, not both. Give sector=(low, high) for a scalar one."
@@ -150,12 +133,9 @@ class ConicSector(Goal):
                 f"matrix must have one negative eigenvalue per input ({len(self.inputs)}) and no zero one; "
                 f"got {np.array2string(values, precision=3)}. A sector is a cone around a graph."
             )
-        Goal.__post_init__(self)
 
-    def bind(self, loop: Any) -> Bound:
-        """The goal on one loop."""
-        channel = loop.channel(inputs=self.inputs, outputs=self.outputs, openings=self.openings)
-        return Bound(self, SectorMeasure(PeakMeasure(channel, SectorShape.of(channel, self._form()), self.focus)))
+    def measure(self, channel: Any) -> Measure:
+        return SectorMeasure(PeakMeasure(channel, SectorShape.of(channel, self._form()), self.focus))
 
     def _form(self) -> np.ndarray:
         """Q of [y; u]ᵀ Q [y; u] < 0."""

@@ -9,18 +9,18 @@ the focus band is in rad/s like everywhere. A density given by breakpoints is ze
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from workbench.constants import GRAVITY
 from workbench.errors import InputError
-from workbench.goals.gain import check_signals
-from workbench.goals.goal import NEAR, Asked, Bound, Goal, Value, infinite, positive
+from workbench.goals.goal import NEAR, Asked, Measure, Value, infinite, positive
 from workbench.goals.key import Key, densities, magnitude
 from workbench.goals.peak import Axis, PeakMeasure, Piece, sampled
 from workbench.goals.registry import register
+from workbench.goals.signals import ChannelGoal
 from workbench.lti.bilinear import unwarped
 from workbench.lti.end import first_terms, limit
 from workbench.lti.grid import seeds
@@ -45,7 +45,7 @@ Densities = tuple[Profile, ...]
 
 @register
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Spectrum(Goal):
+class Spectrum(ChannelGoal):
     """The PSD of every output stays under a mask: value = sup √(PSD/mask).
 
     Parameters
@@ -63,31 +63,25 @@ class Spectrum(Goal):
     kind = "spectrum"
     keys = (*magnitude("mask", square=True), *densities("density"), Key("unit"))
 
-    inputs: tuple[str, ...] = field(kw_only=False)
-    outputs: tuple[str, ...] = field(kw_only=False)
     mask: ProfileLike
     density: Any = 1.0
     unit: str = "output"
 
-    def __post_init__(self) -> None:
-        check_signals(self)
+    def check_fields(self) -> None:
         _densities(self.density, len(self.inputs))
         amplitude_of("mask", self.mask)
         if self.unit not in UNITS:
             raise InputError(f"unit must be 'output' or 'g'; got {self.unit!r}. Use 'g' for masks in g²/Hz.")
-        Goal.__post_init__(self)
 
-    def bind(self, loop: Any) -> Bound:
-        """The goal on one loop."""
-        channel = loop.channel(inputs=self.inputs, outputs=self.outputs, openings=self.openings)
+    def measure(self, channel: Any) -> Measure:
         densities = _densities(self.density, len(self.inputs))
         shape = DensityShape(densities, amplitude_of("mask", self.mask), UNITS[self.unit], self.outputs)
-        return Bound(self, PeakMeasure(channel, shape, self.focus))
+        return PeakMeasure(channel, shape, self.focus)
 
 
 @register
 @dataclass(frozen=True, slots=True, kw_only=True)
-class RmsLimit(Goal):
+class RmsLimit(ChannelGoal):
     """The rms of the outputs together, √(Σ_i ∫ PSD_i df) over the focus band, is at most a limit: value = rms/limit.
 
     inputs, outputs, density, unit : as in `Spectrum`; limit : float, in the unit
@@ -95,29 +89,23 @@ class RmsLimit(Goal):
 
     kind = "rms_limit"
     keys = (Key("limit"), *densities("density"), Key("unit"))
+    sizes = (("limit", ""),)
 
-    inputs: tuple[str, ...] = field(kw_only=False)
-    outputs: tuple[str, ...] = field(kw_only=False)
     limit: float
     density: Any = 1.0
     unit: str = "output"
 
-    def __post_init__(self) -> None:
-        check_signals(self)
+    def check_fields(self) -> None:
         _densities(self.density, len(self.inputs))
-        object.__setattr__(self, "limit", positive("limit", self.limit))
         if self.unit not in UNITS:
             raise InputError(f"unit must be 'output' or 'g'; got {self.unit!r}. Use 'g' for a limit in g.")
-        Goal.__post_init__(self)
 
     def asked(self) -> Asked:
         return Asked("<=", self.limit, "g" if self.unit == "g" else "1", lambda v: self.limit * v)
 
-    def bind(self, loop: Any) -> Bound:
-        """The goal on one loop."""
-        channel = loop.channel(inputs=self.inputs, outputs=self.outputs, openings=self.openings)
+    def measure(self, channel: Any) -> Measure:
         densities = _densities(self.density, len(self.inputs))
-        return Bound(self, RmsMeasure(channel, densities, self.limit * UNITS[self.unit], self.focus))
+        return RmsMeasure(channel, densities, self.limit * UNITS[self.unit], self.focus)
 
 
 def amplitude_of(what: str, value: ProfileLike) -> Profile:

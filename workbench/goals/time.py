@@ -10,18 +10,17 @@ next (goal_history) where `evaluate` has Padé fractions.
 """
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.goals.gain import check_pairs, check_signals
-from workbench.goals.goal import NEAR, Asked, Bound, Goal, Largest, Value, infinite, near, positive, stability_reason
+from workbench.goals.goal import NEAR, Asked, Bound, Largest, Value, infinite, near, stability_reason
 from workbench.goals.history import BY_STEPS, delayed_pieces, unjudged
 from workbench.goals.key import Key
-from workbench.goals.margin import no_focus
 from workbench.goals.registry import register
+from workbench.goals.signals import ChannelGoal
 from workbench.lti.modes import largest, step_response
 from workbench.lti.realisation import Realisation
 from workbench.lti.step import Steps, final_value, first_sample, step_gradient
@@ -34,7 +33,7 @@ ENDS_AT_ZERO = "the step response ends at zero, so its overshoot has no measure;
 
 @register
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Overshoot(Goal):
+class Overshoot(ChannelGoal):
     """A step response exceeds its final value by at most a percentage: value = overshoot/limit, 0 without any.
 
     inputs, outputs : names, in pairs; percent : float
@@ -42,17 +41,9 @@ class Overshoot(Goal):
 
     kind = "overshoot"
     keys = (Key("percent"),)
+    sizes, in_pairs, all_frequencies = (("percent", "%"),), True, True
 
-    inputs: tuple[str, ...] = field(kw_only=False)
-    outputs: tuple[str, ...] = field(kw_only=False)
     percent: float = 10.0
-
-    def __post_init__(self) -> None:
-        check_signals(self)
-        check_pairs(self)
-        no_focus(self)
-        object.__setattr__(self, "percent", positive("percent", self.percent, "%"))
-        Goal.__post_init__(self)
 
     def asked(self) -> Asked:
         return Asked("<=", self.percent, "%", lambda v: self.percent * v)
@@ -68,7 +59,7 @@ class Overshoot(Goal):
 
 @register
 @dataclass(frozen=True, slots=True, kw_only=True)
-class StepRejection(Goal):
+class StepRejection(ChannelGoal):
     """The response to a step disturbance stays within a peak, and after a settling time within a fraction of it.
 
     Parameters
@@ -86,21 +77,15 @@ class StepRejection(Goal):
 
     kind = "step_rejection"
     keys = (Key("peak"), Key("settling_time_s", "settling_time"), Key("fraction"))
+    sizes, all_frequencies = (("peak", ""), ("settling_time", "s")), True
 
-    inputs: tuple[str, ...] = field(kw_only=False)
-    outputs: tuple[str, ...] = field(kw_only=False)
     peak: float
     settling_time: float
     fraction: float = 0.05
 
-    def __post_init__(self) -> None:
-        check_signals(self)
-        no_focus(self)
-        object.__setattr__(self, "peak", positive("peak", self.peak))
-        object.__setattr__(self, "settling_time", positive("settling_time", self.settling_time, "s"))
+    def check_fields(self) -> None:
         if not 0 < self.fraction <= 1:
             raise InputError(f"fraction must lie above 0 and up to 1; got {self.fraction!r}. Usual: 0.05.")
-        Goal.__post_init__(self)
 
     def bind(self, loop: Any) -> Bound:
         """The goal on one loop, pair by pair."""

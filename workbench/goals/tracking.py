@@ -8,17 +8,16 @@ separately, so the value is finite everywhere and a static error counts by its o
 """
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.goals.gain import check_pairs, check_signals
-from workbench.goals.goal import Bound, Goal, Largest, positive
+from workbench.goals.goal import Largest, Measure, positive
 from workbench.goals.key import Key, weight
-from workbench.goals.margin import no_focus
 from workbench.goals.registry import register
+from workbench.goals.signals import ChannelGoal
 from workbench.goals.transient import StaticMeasure, TransientMeasure, transient_size
 from workbench.goals.variance import as_seen
 from workbench.lti.join import difference
@@ -26,11 +25,12 @@ from workbench.lti.realisation import Realisation
 from workbench.lti.weight import Filter, WeightLike, filter_of
 
 ORDERS = {"impulse": 0, "step": 1, "ramp": 2}
+SIZES = (("gap", ""), ("static_error", ""))
 
 
 @register
 @dataclass(frozen=True, slots=True, kw_only=True)
-class StepTracking(Goal):
+class StepTracking(ChannelGoal):
     """Step responses follow those of a reference model.
 
     Parameters
@@ -52,41 +52,32 @@ class StepTracking(Goal):
         Key("time_constant_s", "time_constant"),
         *(Key(k) for k in ("overshoot_percent", "gap", "static_error")),
     )
+    sizes, in_pairs, all_frequencies = SIZES, True, True
 
-    inputs: tuple[str, ...] = field(kw_only=False)
-    outputs: tuple[str, ...] = field(kw_only=False)
     reference: WeightLike = None
     time_constant: float | None = None
     overshoot_percent: float = 0.0
     gap: float = 0.1
     static_error: float = 0.01
 
-    def __post_init__(self) -> None:
-        check_signals(self)
-        check_pairs(self)
-        no_focus(self)
+    def check_fields(self) -> None:
         if (self.reference is None) == (self.time_constant is None):
             raise InputError("StepTracking needs a reference or a time_constant, not both. Give one.")
-        for key in ("gap", "static_error"):
-            object.__setattr__(self, key, positive(key, getattr(self, key)))
         _reference(self)
-        Goal.__post_init__(self)
 
-    def bind(self, loop: Any) -> Bound:
-        """The goal on one loop."""
-        channel = loop.channel(inputs=self.inputs, outputs=self.outputs, openings=self.openings)
+    def measure(self, channel: Any) -> Measure:
         model = as_seen(_reference(self), channel.sample_time)
         count = len(self.inputs)
         one = Realisation(np.zeros((0, 0)), np.zeros((0, count)), np.zeros((count, 0)), np.eye(count))
         size = transient_size(difference(model, one), 1, channel.sample_time)
         if size == 0:
             raise InputError("the reference must differ from the step itself; got a model that follows at once.")
-        return _bound(self, channel, model, "step", self.gap * size, self.static_error)
+        return _parts(channel, model, "step", self.gap * size, self.static_error)
 
 
 @register
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Transient(Goal):
+class Transient(ChannelGoal):
     """The response to an impulse, step or ramp is close to that of a reference model.
 
     Parameters
@@ -103,27 +94,19 @@ class Transient(Goal):
 
     kind = "transient"
     keys = (*weight("reference"), Key("signal"), Key("gap"), Key("static_error"))
+    sizes, all_frequencies = SIZES, True
 
-    inputs: tuple[str, ...] = field(kw_only=False)
-    outputs: tuple[str, ...] = field(kw_only=False)
     reference: WeightLike
     signal: str = "step"
     gap: float = 0.1
     static_error: float = 0.01
 
-    def __post_init__(self) -> None:
-        check_signals(self)
-        no_focus(self)
+    def check_fields(self) -> None:
         if self.signal not in ORDERS:
             raise InputError(f"signal must be impulse, step or ramp; got {self.signal!r}. Choose one of the three.")
-        for key in ("gap", "static_error"):
-            object.__setattr__(self, key, positive(key, getattr(self, key)))
         _reference(self)
-        Goal.__post_init__(self)
 
-    def bind(self, loop: Any) -> Bound:
-        """The goal on one loop."""
-        channel = loop.channel(inputs=self.inputs, outputs=self.outputs, openings=self.openings)
+    def measure(self, channel: Any) -> Measure:
         model = as_seen(_reference(self), channel.sample_time)
         if model.D.shape != (len(self.outputs), len(self.inputs)):
             raise InputError(
@@ -135,7 +118,7 @@ class Transient(Goal):
         size = transient_size(model, ORDERS[self.signal], channel.sample_time)
         if size == 0:
             raise InputError("the reference must have a transient; got a static model. Use Gain for those.")
-        return _bound(self, channel, model, self.signal, self.gap * size, self.static_error)
+        return _parts(channel, model, self.signal, self.gap * size, self.static_error)
 
 
 def _reference(goal: Any) -> Filter:
@@ -154,7 +137,7 @@ def _reference(goal: Any) -> Filter:
     return filter_of("reference", ([1.0], [tau**2, 2 * zeta * tau, 1.0]), count, side="left")
 
 
-def _bound(goal: Goal, channel: Any, model: Realisation, signal: str, size: float, static: float) -> Bound:
+def _parts(channel: Any, model: Realisation, signal: str, size: float, static: float) -> Largest:
     parts: list[Any] = [TransientMeasure(channel, model, ORDERS[signal], size)]
     parts += [StaticMeasure(channel, model, order, static) for order in range(ORDERS[signal])]
-    return Bound(goal, Largest(tuple(parts)))
+    return Largest(tuple(parts))

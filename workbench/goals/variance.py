@@ -10,18 +10,17 @@ impulse response, marched from one dead time to the next.
 """
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.goals.gain import check_signals, check_weights
-from workbench.goals.goal import Asked, Bound, Goal, Value, infinite, positive, stability_reason
+from workbench.goals.goal import Asked, Measure, Value, constant_limit, infinite, stability_reason
 from workbench.goals.history import BY_STEPS, delayed_pieces, unjudged
 from workbench.goals.key import Key, weight
-from workbench.goals.margin import no_focus
 from workbench.goals.registry import register
+from workbench.goals.signals import ChannelGoal, check_weights
 from workbench.lti.bilinear import tustin
 from workbench.lti.energy import energy, energy_by_doubling
 from workbench.lti.join import Weighted
@@ -38,34 +37,25 @@ STRAIGHT = "white noise passes straight to the output (D ≠ 0), so its variance
 
 @register
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Variance(Goal):
+class Variance(ChannelGoal):
     """The outputs' rms under unit white noise at the inputs stays below a limit: value = ‖T‖₂/limit."""
 
     kind = "variance"
     keys = (Key("limit"),)
+    sizes, all_frequencies = (("limit", ""),), True
 
-    inputs: tuple[str, ...] = field(kw_only=False)
-    outputs: tuple[str, ...] = field(kw_only=False)
     limit: float = 1.0
 
-    def __post_init__(self) -> None:
-        check_signals(self)
-        object.__setattr__(self, "limit", positive("limit", self.limit))
-        no_focus(self)
-        Goal.__post_init__(self)
-
     def asked(self) -> Asked:
-        return Asked("<=", self.limit, "1", lambda v: self.limit * v)
+        return constant_limit(self.limit)
 
-    def bind(self, loop: Any) -> Bound:
-        """The goal on one loop."""
-        channel = loop.channel(inputs=self.inputs, outputs=self.outputs, openings=self.openings)
-        return Bound(self, VarianceMeasure.of(channel, 1.0, 1.0, self.limit))
+    def measure(self, channel: Any) -> Measure:
+        return VarianceMeasure.of(channel, 1.0, 1.0, self.limit)
 
 
 @register
 @dataclass(frozen=True, slots=True, kw_only=True)
-class WeightedVariance(Goal):
+class WeightedVariance(Variance):
     """value = ‖L T W‖₂/limit with filters L after the outputs and W, the shape of the noise, before the inputs.
 
     left, right : number, matrix, Plant, python-control system or (numerator, denominator)
@@ -75,26 +65,14 @@ class WeightedVariance(Goal):
     kind = "weighted_variance"
     keys = (*weight("left"), *weight("right"), Key("limit"))
 
-    inputs: tuple[str, ...] = field(kw_only=False)
-    outputs: tuple[str, ...] = field(kw_only=False)
     left: WeightLike = 1.0
     right: WeightLike = 1.0
-    limit: float = 1.0
 
-    def __post_init__(self) -> None:
-        check_signals(self)
+    def check_fields(self) -> None:
         check_weights(self)
-        object.__setattr__(self, "limit", positive("limit", self.limit))
-        no_focus(self)
-        Goal.__post_init__(self)
 
-    def asked(self) -> Asked:
-        return Asked("<=", self.limit, "1", lambda v: self.limit * v)
-
-    def bind(self, loop: Any) -> Bound:
-        """The goal on one loop."""
-        channel = loop.channel(inputs=self.inputs, outputs=self.outputs, openings=self.openings)
-        return Bound(self, VarianceMeasure.of(channel, self.left, self.right, self.limit))
+    def measure(self, channel: Any) -> Measure:
+        return VarianceMeasure.of(channel, self.left, self.right, self.limit)
 
 
 def as_seen(filter_: Filter, sample_time: float | None) -> Realisation:
