@@ -9,6 +9,7 @@ signal passes a change of speed without a bump.
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from importlib.resources import files
 
 import casadi as ca
 import numpy as np
@@ -23,6 +24,11 @@ MODAL_GAINS = ("K_heave", "K_pitch", "K_sway", "K_roll", "K_yaw")
 # Filter pairs in the order of the header: (position or direct gain, rate or velocity gain, time constant) by channel
 GAP = {True: ("K_h", "K_hdot", "tau_h"), False: ("K_hp", "K_hpdot", "tau_hp")}
 ACCELERATION = {True: ("K_zddot", "K_zdot", "tau_z"), False: ("K_yddot", "K_ydot", "tau_y")}
+
+
+def c_template(name: str) -> str:
+    """The text of a header, or of a part of one, with its gaps."""
+    return (files("workbench.handover.code") / "templates" / name).read_text(encoding="utf-8")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -55,7 +61,8 @@ def fixed_parts(discrete: DiscreteLaw) -> Parts:
     rows: Iterable = zip(discrete.channels, discrete.advance, discrete.direct, discrete.memory, strict=True)
     filters = "\n".join(f"    {{{real(a)}, {real(d)}, {real(m)}}}, /* {name} */" for name, a, d, m in rows)
     return Parts(
-        law=_FIXED.format(resolution=matrix(discrete.resolution), filters=filters), state="", owner="wb_", place="",
+        law=c_template("modal_law_fixed.h").format(resolution=matrix(discrete.resolution), filters=filters),
+        state="", owner="wb_", place="",
         use="wb_state state; wb_init(&state); then wb_step(&state, sensors, commands) every WB_SAMPLE_TIME seconds.",
     )  # fmt: skip
 
@@ -78,7 +85,7 @@ def scheduled_parts(law: ModalLaw, schedule: Schedule, gains: Gains, discrete: D
     kinds = [(GAP[v], 1) for v in bands] + [(ACCELERATION[v], 0) for v in bands]
     order = {name: k for k, name in enumerate(GAIN_NAMES)}
     low, high = schedule.range
-    text = _SCHEDULED.format(
+    text = c_template("modal_law_schedule.h").format(
         degree=schedule.degree, parameters=len(GAIN_NAMES), modal=len(MODAL_GAINS),
         low=real(low), high=real(high), centre=real(schedule.centre), scale=real(schedule.scale),
         polynomials="\n".join(
@@ -114,79 +121,3 @@ def _resolutions(law: ModalLaw) -> list[np.ndarray]:
     per_gain = ca.Function("per_gain", [theta], [ca.jacobian(ca.vec(resolution), theta[modal])])
     slopes = per_gain(0).full()
     return [slopes[:, k].reshape(resolution.shape, order="F") for k in range(len(MODAL_GAINS))]
-
-
-_FIXED = """\
-/* Commands from the filtered channels, modal gains included. */
-static const wb_real wb_resolution[WB_COMMANDS][WB_CHANNELS] = {{
-{resolution}
-}};
-
-static const wb_coefficients wb_filter[WB_FILTERS] = {{
-{filters}
-}};
-"""
-
-_SCHEDULED = """\
-#define WB_SPEED_LOWEST {low} /* m/s */
-#define WB_SPEED_HIGHEST {high} /* m/s */
-#define WB_DEGREE {degree}
-#define WB_PARAMETERS {parameters}
-#define WB_MODAL {modal}
-
-/* Each parameter over speed: coefficients of rising powers of (speed - {centre}) / {scale}. */
-static const wb_real wb_polynomial[WB_PARAMETERS][WB_DEGREE + 1] = {{
-{polynomials}
-}};
-
-/* Which parameters make a filter: position (or direct), rate (or velocity), time constant; 1 for a gap's filter. */
-static const int wb_pair[WB_FILTERS][4] = {{
-{pairs}
-}};
-
-/* Commands from the filtered channels per unit of each modal gain. */
-static const wb_real wb_resolution[WB_MODAL][WB_COMMANDS][WB_CHANNELS] = {{
-{resolutions}
-}};
-
-/* Filters and resolution at a speed [m/s]; what the filters remember stays. */
-static inline void wb_set_speed(wb_state *state, wb_real speed)
-{{
-    wb_real gain[WB_PARAMETERS], t;
-    int f, i, k, m;
-    if (!(speed > WB_SPEED_LOWEST)) {{ /* a speed that is not a number included */
-        speed = WB_SPEED_LOWEST;
-    }} else if (speed > WB_SPEED_HIGHEST) {{
-        speed = WB_SPEED_HIGHEST;
-    }}
-    t = (speed - {centre}) / {scale};
-    for (k = 0; k < WB_PARAMETERS; k++) {{
-        gain[k] = wb_polynomial[k][WB_DEGREE];
-        for (m = WB_DEGREE - 1; m >= 0; m--) {{
-            gain[k] = gain[k] * t + wb_polynomial[k][m];
-        }}
-    }}
-    for (f = 0; f < WB_FILTERS; f++) {{
-        const wb_real position = gain[wb_pair[f][0]], rate = gain[wb_pair[f][1]], tau = gain[wb_pair[f][2]];
-        const wb_real span = WB_SAMPLE_TIME + WB_R(2.0) * tau;
-        wb_coefficients *c = &state->filter[f];
-        c->advance = WB_R(2.0) * WB_SAMPLE_TIME / span;
-        if (wb_pair[f][3]) {{
-            c->memory = -WB_R(2.0) * rate / span;
-            c->direct = position - c->memory;
-        }} else {{
-            c->memory = rate * tau * (WB_R(2.0) * tau / span);
-            c->direct = position + rate * tau * (WB_SAMPLE_TIME / span);
-        }}
-    }}
-    for (i = 0; i < WB_COMMANDS; i++) {{
-        for (k = 0; k < WB_CHANNELS; k++) {{
-            wb_real sum = WB_R(0.0);
-            for (m = 0; m < WB_MODAL; m++) {{
-                sum += gain[{first} + m] * wb_resolution[m][i][k];
-            }}
-            state->resolution[i][k] = sum;
-        }}
-    }}
-}}
-"""

@@ -8,6 +8,7 @@ Each colour of a figure is one of `PALETTE`, light and dark; text stays text. No
 import re
 from collections.abc import Callable
 from html import escape
+from importlib.resources import files
 from io import StringIO
 from typing import Any
 
@@ -104,47 +105,5 @@ def style_sheet() -> str:
     """The whole CSS."""
     light = "".join(f"{name}:{colour};" for name, (colour, _) in PALETTE.items())
     dark = "".join(f"{name}:{colour};" for name, (_, colour) in PALETTE.items())
-    return _CSS.replace("/*light*/", light).replace("/*dark*/", dark)
-
-
-_CSS = """
-:root{/*light*/--paper:#ffffff;--panel:#f4f5f7;--soft:#5a616b;--good:#2b7a4b;--bad:#b0281f;color-scheme:light dark}
-@media (prefers-color-scheme:dark){
-:root{/*dark*/--paper:#14171b;--panel:#1e2227;--soft:#a3abb5;--good:#7fd3a0;--bad:#ff8f84}}
-@media print{:root{/*light*/--paper:#fff;--panel:#fff;--soft:#444;--good:#1c5c37;--bad:#8c1d15;color-scheme:light}}
-*{box-sizing:border-box}
-body{margin:0 auto;padding:1.5rem clamp(1rem,4vw,2.5rem) 4rem;max-width:74rem;background:var(--paper);color:var(--ink);
-font:1rem/1.5 system-ui,-apple-system,"Segoe UI",sans-serif}
-h1{font-size:clamp(1.35rem,3.2vw,2rem);line-height:1.2;margin:.2rem 0 .6rem}
-h2{font-size:1.2rem;margin:2.4rem 0 .7rem;padding-top:.5rem;border-top:1px solid var(--rule)}
-p{max-width:46rem;margin:.5rem 0}
-.quiet,figcaption,summary,caption{color:var(--soft);font-size:.88rem}
-.verdict{display:inline-block;padding:.2rem .75rem;border-radius:1rem;border:1.5px solid currentColor;font-weight:600}
-.met{color:var(--good)}.missed{color:var(--bad)}
-.tiles{display:grid;grid-template-columns:repeat(auto-fit,minmax(9.5rem,1fr));gap:.7rem;margin:1.2rem 0}
-.tile{background:var(--panel);border-radius:.5rem;padding:.65rem .85rem}
-.tile b{display:block;font-size:1.3rem;font-variant-numeric:tabular-nums}
-.wide{overflow-x:auto;margin:.6rem 0}
-table{border-collapse:collapse;font-size:.92rem;font-variant-numeric:tabular-nums}
-caption{text-align:left;padding-bottom:.3rem}
-th,td{padding:.28rem .8rem .28rem 0;text-align:right;border-bottom:1px solid var(--rule);vertical-align:top}
-th{font-weight:500}thead th{color:var(--soft);font-size:.85rem;vertical-align:bottom}
-th:first-child,td.text,th.text{text-align:left}
-td.text{max-width:22rem}td:not(.text){white-space:nowrap}
-.bar{display:inline-block;width:6rem;height:.55rem;background:var(--panel);border:1px solid var(--rule);
-border-radius:.2rem;overflow:hidden}
-.bar i{display:block;height:100%;background:currentColor;-webkit-print-color-adjust:exact;print-color-adjust:exact}
-.figures{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(100%,26rem),1fr));gap:1.4rem 1.8rem}
-figure{margin:0;min-width:0}
-figure svg{display:block;width:100%;height:auto;max-width:40rem}
-figcaption{margin:.2rem 0 .3rem}
-summary{cursor:pointer}
-details table{font-size:.8rem}
-.pick{display:none}.pick:target{display:block}
-.pick h3{font-size:1rem;margin:.4rem 0}.picks a{color:var(--series-0)}
-figure svg a:hover,figure svg a:focus{outline:none;filter:brightness(.6)}
-.mono{font-family:ui-monospace,Menlo,Consolas,monospace;font-size:.85rem;overflow-wrap:anywhere}
-@media (max-width:40rem){table{font-size:.82rem}.bar{display:none}th,td{padding-right:.55rem}}
-@media print{body{max-width:none;padding:0;font-size:10pt}.figures{grid-template-columns:1fr 1fr}
-figure,tr,.tile{break-inside:avoid}h2{break-after:avoid}figure details,.picks{display:none}.wide{overflow:visible}}
-"""
+    text = (files("workbench.handover.report") / "style.css").read_text(encoding="utf-8")
+    return text.replace("/*light*/", light).replace("/*dark*/", dark)
