@@ -9,9 +9,10 @@ from workbench.control.structure.block import Parameter
 from workbench.control.structure.blocks import gain, pid
 from workbench.control.structure.structure import Structure
 from workbench.design.static.feedback import static_feedback
-from workbench.design.tuner import tune, tune_robust
 from workbench.design.tuner.pieces import GoalPieces, Labelled
+from workbench.design.tuner.robust import tune_robust
 from workbench.design.tuner.stabilise import Abscissa
+from workbench.design.tuner.tune import tune
 from workbench.errors import InputError
 from workbench.goals import Gain, Sensitivity
 from workbench.lti import Plant

@@ -13,7 +13,7 @@ from workbench.control.structure.channel import Channel
 from workbench.control.structure.fraction import Fraction
 from workbench.control.structure.loop import Loop
 from workbench.control.structure.structure import Structure
-from workbench.design.tuner import tune
+from workbench.design.tuner.tune import tune
 from workbench.errors import InputError
 from workbench.goals.gain import Gain
 from workbench.goals.sector import ConicSector, Passivity, WeightedPassivity

@@ -13,7 +13,7 @@ import scipy.signal
 from workbench.constants import GRAVITY, MU_0
 from workbench.control.structure.blocks import gain, pid
 from workbench.control.structure.structure import Structure
-from workbench.design.tuner import tune
+from workbench.design.tuner.tune import tune
 from workbench.errors import InfeasibleError, InputError
 from workbench.goals.gain import Gain
 from workbench.goals.loop_shape import Sensitivity

@@ -1,11 +1,18 @@
 """The shell of a report: one HTML file that needs nothing else, its sections, and the tables that every report has."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Sequence
+from datetime import UTC, datetime
 from html import escape
 
+from workbench.design.problem import Problem
+from workbench.design.record import Design
 from workbench.goals.verdict import Verdict
 from workbench.handover.report.style import style_sheet, table_block
+from workbench.handover.table.plant import PlantTable
+from workbench.handover.table.table import GainTable
 from workbench.result import figure as digits
+
+Table = GainTable | PlantTable
 
 
 def page(title: str, header: str, sections: Sequence[tuple[str, str]]) -> str:
@@ -54,20 +61,52 @@ def _requirement_row(v: Verdict) -> str:
     )
 
 
-def facts_table(
-    facts: Sequence[Sequence[str]], binding: Sequence[str], heads: list[str], starts: list[list[str]],
-    sources: Mapping[str, str],
-) -> str:  # fmt: skip
-    """Provenance: facts by name, what is at its limit, how the starts ended, where the numbers come from."""
-    found = "".join(
-        f'<tr><th scope="row">{escape(n)}</th><td class="text mono">{escape(v)}</td></tr>' for n, v in facts
-    )
-    listed = "".join(
-        f'<tr><th scope="row">{escape(n)}</th><td class="text">{escape(v)}</td></tr>' for n, v in sources.items()
+def when(table: Table | None, created: datetime | None) -> str:
+    """The time a report shows: that given, else the table's, else now."""
+    return table.created if table and created is None else (created or datetime.now(UTC)).strftime("%Y-%m-%dT%H:%M:%SZ")
+
+
+def head(problem: Problem, time: str, word: str, kind: str, tiles: Sequence[tuple[str, str, str]]) -> str:
+    """Name and title, the verdict in a word, figures in tiles (name, digits, unit).
+
+    kind : "met", "missed", or "" where nothing is asked
+    """
+    cells = "".join(
+        f'<div class="tile">{escape(n)}<b>{escape(v)} <small>{escape(u)}</small></b></div>' for n, v, u in tiles
     )
     return (
-        f'<div class="wide"><table><tbody>{found}</tbody></table></div>'
-        f"<p>At their limits: {escape(', '.join(binding) or 'none')}.</p>{table_block(heads, starts) if starts else ''}"
-        "<details><summary>Where the numbers come from</summary>"
-        f'<div class="wide"><table><tbody>{listed}</tbody></table></div></details>'
+        f'<p class="quiet">{escape(problem.name)} · {escape(time)}</p><h1>{escape(problem.title or problem.name)}</h1>'
+        f'<p><span class="verdict {kind}">{escape(word)}</span></p><div class="tiles">{cells}</div>'
+    )
+
+
+def figures(blocks: Sequence[str]) -> str:
+    """Pictures side by side, where there are any."""
+    return f'<div class="figures">{"".join(blocks)}</div>' if blocks else ""
+
+
+def provenance(design: Design, table: Table | None, cost: str) -> str:
+    """Facts by name, what is at its limit, how the starts ended, where the numbers come from.
+
+    cost : what is made small, as the starts' table heads it
+    """
+    problem = design.problem
+    facts = [["problem", problem.name]]
+    facts += [["problem data, SHA-256", problem.data_sha256]] if problem.data_sha256 else []
+    facts += [["solver", design.solver], ["seed", str(design.seed)]]
+    if table is not None:
+        facts += [["gain table, SHA-256", table.digest], *([n, v] for n, v in table.versions.model_dump().items())]
+    starts = [
+        [str(s.number), digits(s.cost), digits(s.violation), str(s.evaluations), s.message] for s in design.starts
+    ]
+    heads = ["start", cost, "violation", "evaluations", "how it ended"]
+
+    def listed(rows: Iterable[Sequence[str]], kind: str) -> str:
+        cells = (f'<tr><th scope="row">{escape(n)}</th><td class="{kind}">{escape(v)}</td></tr>' for n, v in rows)
+        return f'<div class="wide"><table><tbody>{"".join(cells)}</tbody></table></div>'
+
+    return (
+        f"{listed(facts, 'text mono')}<p>At their limits: {escape(', '.join(design.binding) or 'none')}.</p>"
+        f"{table_block(heads, starts) if starts else ''}<details><summary>Where the numbers come from</summary>"
+        f"{listed(problem.sources.items(), 'text')}</details>"
     )

@@ -4,7 +4,7 @@ PlantAnalysis (, table) --> goals, parameters, poles, margins, step responses, l
 """
 
 from collections.abc import Callable, Sequence
-from datetime import UTC, datetime
+from datetime import datetime
 from html import escape
 from typing import Any
 
@@ -14,7 +14,7 @@ from workbench.control.structure.loop import Loop
 from workbench.design.plant_analysis import PlantAnalysis
 from workbench.design.plant_curves import StepCurve, open_loop, step_curve
 from workbench.errors import InputError
-from workbench.handover.report.page import facts_table, page, requirement_table
+from workbench.handover.report.page import figures, head, page, provenance, requirement_table, when
 from workbench.handover.report.style import FRAME, figure_block, svg_figure, table_block
 from workbench.handover.table.plant import PlantTable
 from workbench.plots.loop import plot_bode, plot_poles, plot_steps
@@ -38,7 +38,6 @@ def plant_report(analysis: PlantAnalysis, *, table: PlantTable | None = None, cr
     design = analysis.design
     if table is not None and table.values() != dict(design.values):
         raise InputError("the gain table must hold the design's values; it holds others. Make both from one design.")
-    when = table.created if table and created is None else (created or datetime.now(UTC)).strftime("%Y-%m-%dT%H:%M:%SZ")
     sections = [
         ("Goals", requirement_table(design.verdicts)),
         ("Parameters", _parameters(analysis)),
@@ -47,12 +46,12 @@ def plant_report(analysis: PlantAnalysis, *, table: PlantTable | None = None, cr
         ("Step responses", _figures(analysis, _steps) if analysis.stable else ""),
         ("Loops", _figures(analysis, _loops) if analysis.margins is not None else ""),
         ("Proofs", "" if table is None else _proofs(table)),
-        ("Provenance", _provenance(analysis, table)),
+        ("Provenance", provenance(design, table, "largest soft goal")),
     ]
-    return page(design.problem.title or design.problem.name, _header(analysis, when), sections)
+    return page(design.problem.title or design.problem.name, _header(analysis, when(table, created)), sections)
 
 
-def _header(analysis: PlantAnalysis, when: str) -> str:
+def _header(analysis: PlantAnalysis, time: str) -> str:
     design = analysis.design
     missed = [v for v in design.verdicts if not v.met]
     word, kind = "✓ all goals met" if design.verdicts else "no goals", "met" if design.verdicts else ""
@@ -72,14 +71,7 @@ def _header(analysis: PlantAnalysis, when: str) -> str:
             ("smallest delay margin", digits(1e3 * min(m.channel.delay for m in single)), "ms"),
             ("smallest disk margin", digits(min(m.disk.lower for m in single)), ""),
         ]
-    cells = "".join(
-        f'<div class="tile">{escape(n)}<b>{escape(v)} <small>{escape(u)}</small></b></div>' for n, v, u in tiles
-    )
-    return (
-        f'<p class="quiet">{escape(design.problem.name)} · {escape(when)}</p>'
-        f"<h1>{escape(design.problem.title or design.problem.name)}</h1>"
-        f'<p><span class="verdict {kind}">{escape(word)}</span></p><div class="tiles">{cells}</div>'
-    )
+    return head(design.problem, time, word, kind, tiles)
 
 
 def _parameters(analysis: PlantAnalysis) -> str:
@@ -107,7 +99,7 @@ def _poles(analysis: PlantAnalysis) -> str:
         )  # fmt: skip
         caption = f"Poles of the closed loop of {loop.model}; dashed: the least damping among them."
         out.append(figure_block(svg, caption, list(loop.columns()), [list(row) for row in loop.table()]))
-    return f'<div class="figures">{"".join(out)}</div>'
+    return figures(out)
 
 
 def _margins(analysis: PlantAnalysis) -> str:
@@ -120,7 +112,7 @@ def _margins(analysis: PlantAnalysis) -> str:
 def _figures(analysis: PlantAnalysis, make: Callable[[PlantAnalysis, Loop, int], Sequence[str]]) -> str:
     blocks = [b for k, loop in enumerate(analysis.design.problem.loops) for b in make(analysis, loop, k)]
     more = f'<p class="quiet">{len(blocks) - MOST} more are not shown.</p>' if len(blocks) > MOST else ""
-    return f'<div class="figures">{"".join(blocks[:MOST])}</div>{more}'
+    return figures(blocks[:MOST]) + more
 
 
 def _steps(analysis: PlantAnalysis, loop: Loop, number: int) -> list[str]:
@@ -204,18 +196,3 @@ def _proofs(table: PlantTable) -> str:
 def _subject(promise) -> str:
     own = promise.subject.model_dump(exclude_defaults=True)
     return "; ".join(f"{key} {', '.join(map(str, value))}" for key, value in own.items()) or "every loop"
-
-
-def _provenance(analysis: PlantAnalysis, table: PlantTable | None) -> str:
-    design = analysis.design
-    facts = [["problem", design.problem.name], ["solver", design.solver], ["seed", str(design.seed)]]
-    facts += [["problem data, SHA-256", design.problem.data_sha256]] if design.problem.data_sha256 else []
-    if table is not None:
-        facts += [["gain table, SHA-256", table.digest], *([n, v] for n, v in table.versions.model_dump().items())]
-    starts = [
-        [str(s.number), digits(s.cost), digits(s.violation), str(s.evaluations), s.message] for s in design.starts
-    ]
-    return facts_table(
-        facts, design.binding, ["start", "largest soft goal", "violation", "evaluations", "how it ended"], starts,
-        design.problem.sources,
-    )  # fmt: skip

@@ -5,10 +5,9 @@
 Figures are inline SVG with their numbers folded beneath; nothing is fetched, and the page forbids itself to try.
 """
 
-from collections.abc import Mapping, Sequence
-from datetime import UTC, datetime
+from collections.abc import Mapping
+from datetime import datetime
 from html import escape
-from pathlib import Path
 from typing import Any
 
 from workbench.control import GAIN_UNITS
@@ -16,10 +15,9 @@ from workbench.design.design import Design
 from workbench.design.tradeoff import TradeOff
 from workbench.errors import InputError
 from workbench.handover.report.figures import nyquist_figures, root_figures, spectrum_figures, trade_off_figures
-from workbench.handover.report.page import facts_table, page, requirement_table
+from workbench.handover.report.page import figures, head, page, provenance, requirement_table, when
 from workbench.handover.report.style import table_block
 from workbench.handover.table.table import GainTable
-from workbench.machine.writing import write_text
 from workbench.result import figure as digits
 
 UNSTABLE = "The loop is unstable under these gains: it has no stationary response, and no spectra or margins."
@@ -47,51 +45,27 @@ def report_html(
     """
     if table is not None and table.to_gains() != design.gains:
         raise InputError("the gain table must hold the design's gains; it holds others. Make both from one design.")
-    when = table.created if table and created is None else (created or datetime.now(UTC)).strftime("%Y-%m-%dT%H:%M:%SZ")
     responds = design.analysis.cost is not None
     why_not = UNFILTERED if design.analysis.stable else UNSTABLE
     sections = [
         ("Requirements", requirement_table(design.requirements)),
         ("Gains", _gains(design)),
-        ("Roots", _figures(root_figures(design))),
-        ("Trade-off", _figures(trade_off_figures(design, trade_off))),
+        ("Roots", figures(root_figures(design))),
+        ("Trade-off", figures(trade_off_figures(design, trade_off))),
         ("Ride, strokes and currents", _ride(design) if responds else f"<p>{why_not}</p>"),
-        ("Spectra", _figures(spectrum_figures(design, exposure)) if responds else ""),
-        ("Loops", _figures(nyquist_figures(design)) if responds else ""),
+        ("Spectra", figures(spectrum_figures(design, exposure)) if responds else ""),
+        ("Loops", figures(nyquist_figures(design)) if responds else ""),
         ("Robustness", _robustness(robustness or {})),
-        ("Provenance", _provenance(design, table)),
+        ("Provenance", provenance(design, table, "cost J")),
     ]
-    title = escape(design.problem.title)
-    return page(design.problem.title, _header(design, title, when), sections)
+    return page(design.problem.title, _header(design, when(table, created)), sections)
 
 
-def write_report(
-    design: Design,
-    path: Path,
-    *,
-    trade_off: TradeOff | None = None,
-    robustness: Mapping[str, Any] | None = None,
-    table: GainTable | None = None,
-    exposure: str = "1 h",
-) -> None:
-    """Writes `report_html` to a file."""
-    write_text(path, report_html(design, trade_off=trade_off, robustness=robustness, table=table, exposure=exposure))
-
-
-def _figures(blocks: Sequence[str]) -> str:
-    return f'<div class="figures">{"".join(blocks)}</div>' if blocks else ""
-
-
-def _header(design: Design, title: str, when: str) -> str:
+def _header(design: Design, time: str) -> str:
     a, met = design.analysis, [v.met for v in design.requirements]
-    if all(met):
-        verdict = (
-            f'<span class="verdict met">✓ all {len(met)} requirements met</span>'
-            if met
-            else '<span class="verdict">no requirements</span>'
-        )
-    else:
-        verdict = f'<span class="verdict missed">✗ {met.count(False)} of {len(met)} requirements missed</span>'
+    word, kind = (f"✓ all {len(met)} requirements met", "met") if met else ("no requirements", "")
+    if not all(met):
+        word, kind = f"✗ {met.count(False)} of {len(met)} requirements missed", "missed"
     peaks = [p.upper for p in a.peak_sensitivity.values() if p is not None]
     gaps = [v for v in a.rms["gap"].values() if v is not None]
     tiles = [
@@ -102,11 +76,7 @@ def _header(design: Design, title: str, when: str) -> str:
         ("largest rms gap change", digits(1e3 * max(gaps) if gaps else None), "mm"),
         ("sum of mean square currents", digits(a.sum_alpha_squared), ""),
     ]
-    cells = "".join(
-        f'<div class="tile">{escape(n)}<b>{escape(v)} <small>{escape(u)}</small></b></div>' for n, v, u in tiles
-    )
-    name = f'<p class="quiet">{escape(design.problem.name)} · {escape(when)}</p>'
-    return f'{name}<h1>{title}</h1><p>{verdict}</p><div class="tiles">{cells}</div>'
+    return head(design.problem, time, word, kind, tiles)
 
 
 def _gains(design: Design) -> str:
@@ -179,23 +149,3 @@ def _flat(figures: Any, before: str = "") -> dict[str, Any]:
         name = f"{before}, {key}" if before else str(key)
         out |= _flat(value, name) if isinstance(value, Mapping) else {name.replace("_", " "): value}
     return out
-
-
-def _provenance(design: Design, table: GainTable | None) -> str:
-    problem = design.problem
-    rows = [
-        ["problem", problem.name],
-        ["problem data, SHA-256", problem.data_sha256],
-        ["solver", design.solver],
-        ["seed", str(design.seed)],
-    ]
-    if table is not None:
-        rows += [
-            ["gain table, SHA-256", table.digest],
-            *([name, version] for name, version in table.versions.model_dump().items()),
-        ]
-    starts = [
-        [str(s.number), digits(s.cost), digits(s.violation), str(s.evaluations), s.message] for s in design.starts
-    ]
-    heads = ["start", "cost J", "violation", "evaluations", "how it ended"]
-    return facts_table(rows, design.binding, heads, starts, problem.sources)
