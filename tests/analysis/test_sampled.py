@@ -7,12 +7,13 @@ import pytest
 from scipy.linalg import expm
 
 from workbench.analysis.precision import single_precision
-from workbench.analysis.sampled import sampled_loop, sampled_peak
+from workbench.analysis.sampled import sampled_loop
 from workbench.control.discrete import DiscreteLaw, discretise
 from workbench.errors import InputError
 from workbench.files.problem import load_problem
 from workbench.lti import Plant
 from workbench.lti.bilinear import in_w_plane
+from workbench.lti.measure import sampled_peak
 from workbench.lti.norm import peak_gain
 from workbench.lti.realisation import Realisation
 

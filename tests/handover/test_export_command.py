@@ -12,7 +12,6 @@ from typer.testing import CliRunner
 from workbench.commands.export import export
 from workbench.errors import InputError
 from workbench.handover.code.formats import render
-from workbench.handover.table.table import write_table
 
 app = typer.Typer()
 app.command()(export)
@@ -20,7 +19,7 @@ app.command()(export)
 
 @pytest.fixture
 def path(table, tmp_path):
-    write_table(table, tmp_path / "gains.json")
+    table.write(tmp_path / "gains.json")
     return tmp_path / "gains.json"
 
 

@@ -14,13 +14,13 @@ from workbench.design.verdict import verdicts
 from workbench.errors import InputError
 from workbench.files.problem import load_problem, read_gains
 from workbench.goals.ride.requirement import requirement
-from workbench.handover.table.table import digest_of, read_table, schema, signed, table_from_design, write_table
+from workbench.handover.table.table import digest_of, read_table, schema, table_from_design
 
 
 @pytest.fixture
 def path(table, tmp_path):
     file = tmp_path / "gains.json"
-    write_table(table, file)
+    table.write(file)
     return file
 
 
@@ -169,9 +169,9 @@ def test_the_digest_is_the_sha256_of_sorted_compact_json(path):
 
 def test_writing_signs_what_was_added(table, tmp_path):
     more = table.model_copy(update={"robustness": {"lost command": {"stable": False}}})
-    written = write_table(more, tmp_path / "more.json")
+    written = more.write(tmp_path / "more.json")
     assert written.digest != table.digest
-    assert read_table(tmp_path / "more.json") == signed(more)
+    assert read_table(tmp_path / "more.json") == more.signed()
 
 
 def test_the_published_schema_is_the_models_and_accepts_a_written_table(path):

@@ -8,11 +8,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from workbench.analysis.sampled import closed_map, moving, sampled_peak
+from workbench.analysis.sampled import closed_map, moving
 from workbench.control.discrete import DiscreteLaw
 from workbench.errors import InputError
 from workbench.lti import Plant
 from workbench.lti.join import difference, series
+from workbench.lti.measure import sampled_peak
 from workbench.lti.realisation import Realisation
 from workbench.result import Result, Row
 

@@ -6,18 +6,18 @@ The plant is advanced by the matrix exponential, so nothing is approximated: pol
 to the next. Poles z are shown as s = ln(z)/T, the continuous modes that pass through the same samples.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from workbench.control.discrete import DiscreteLaw
 from workbench.errors import InputError
 from workbench.lti import Plant
-from workbench.lti.bilinear import in_w_plane, unwarped
 from workbench.lti.hold import LARGEST, held
 from workbench.lti.join import beside, wired
+from workbench.lti.measure import sampled_peak
 from workbench.lti.model import Model
-from workbench.lti.norm import Peak, peak_gain
+from workbench.lti.norm import Peak
 from workbench.lti.realisation import Realisation
 from workbench.result import Result, Row
 
@@ -116,19 +116,6 @@ def closed_map(plant: Plant, law: DiscreteLaw, commands, sensors, computing_dela
     A, B, C = _sampled(plant.select(inputs=commands, outputs=sensors), law.sample_time, computing_delay)
     A, B, C, D = _closed((A, B, C), moving(law))
     return A, B, C[: len(sensors)], D[: len(sensors)]
-
-
-def sampled_peak(A, B, C, D, sample_time: float) -> Peak:
-    """The largest gain of a stable discrete-time system over all frequencies up to half the sampling rate.
-
-    The bilinear map z = (1 + w)/(1 − w) takes the unit circle to the imaginary axis and keeps the gain, so the
-    certified bracket of the continuous case holds.
-    """
-    system = in_w_plane(Realisation(*(np.asarray(M, float) for M in (A, B, C, D))), sample_time)
-    if system is None:
-        raise InputError("the sampled loop must not have a pole at z = −1, its stability limit; it has. Stabilise it.")
-    peak = peak_gain(*system)
-    return replace(peak, frequency=float(unwarped(peak.frequency, sample_time)))
 
 
 def _sampled(plant: Plant, T: float, delay: float):

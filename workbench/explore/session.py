@@ -168,14 +168,14 @@ class Session:
 
     def write_table(self, path: Path | str) -> Path:
         """The present design as a gain table; at the nominal operating point only, of which the table speaks."""
-        from workbench.handover.table.table import table_from_design, write_table
+        from workbench.handover.table.table import table_from_design
 
         if self.problem is not self.nominal:
             raise InputError(
                 "a gain table must be of the nominal operating point; the explorer stands at another one. "
                 "Set mass, current force and gap force back to 1."
             )
-        write_table(table_from_design(self.design()), Path(path))
+        table_from_design(self.design()).write(path)
         return Path(path)
 
     def save(self, path: Path | str) -> None:

@@ -33,7 +33,7 @@ from workbench.handover.report.schedule import with_schedule
 from workbench.handover.table.plant import PlantTable
 from workbench.handover.table.promise import certified
 from workbench.handover.table.schema import SchedulePart
-from workbench.handover.table.table import GainTable, signed, table_from_design, table_json, table_of
+from workbench.handover.table.table import GainTable, table_from_design, table_of
 from workbench.machine.budget import NEVER, Deadline, keeping
 from workbench.machine.interrupts import received
 from workbench.machine.supervision import attempted, finishing
@@ -169,10 +169,7 @@ def complete(
     if folder is not None:
         finishing()
         write_text(folder / REPORT, report)  # both are complete before either is written
-        if isinstance(table, GainTable):
-            write_text(folder / TABLE, table_json(table))
-        else:
-            table.write(folder / TABLE)
+        table.write(folder / TABLE)
     return done
 
 
@@ -233,7 +230,7 @@ def _vehicle_table(evidence, found: Design, kept: dict[str, Any]) -> GainTable:
     table = table_from_design(found, robustness=kept)
     if isinstance(evidence, ScheduledDesign):
         table = table.model_copy(update={"schedule": SchedulePart(**evidence.schedule.to_dict())})
-    return signed(table)
+    return table.signed()
 
 
 def _proved(table: GainTable, problem: Problem, show: Show) -> GainTable:

@@ -17,9 +17,9 @@ from workbench.errors import unknown_name
 from workbench.handover.code.c_header import PREFIX, c_header, check_prefix
 from workbench.handover.code.digital import DigitalCheck, digital_check, refuse_broken, with_sample_time
 from workbench.handover.code.matlab import mat_bytes
-from workbench.handover.code.plant_formats import checked, plant_csv, plant_header, plant_json, plant_mat
+from workbench.handover.code.plant_formats import checked, plant_csv, plant_header, plant_mat
 from workbench.handover.table.plant import PlantTable
-from workbench.handover.table.table import GainTable, table_json
+from workbench.handover.table.table import GainTable
 from workbench.lti.hold import InsideError
 from workbench.machine.writing import write_bytes
 
@@ -122,6 +122,8 @@ def render(
             check = check_of(table, sample_time=sample_time, computing_delay=computing_delay, accept=accept)
         if check is not None:
             refuse_broken(check, accept=accept)
+    if format == "json":
+        return table.text().encode("utf-8")
     of = _vehicle if isinstance(table, GainTable) else _plant
     content = of(table, format, sample_time, prefix, check)
     return content if isinstance(content, bytes) else content.encode("utf-8")
@@ -146,8 +148,6 @@ def _timed(table: GainTable, sample_time: float | None) -> GainTable:
 def _vehicle(table: GainTable, format: str, sample_time: float | None, prefix: str, check) -> str | bytes:
     if format == "csv":
         return csv_text(table)
-    if format == "json":
-        return table_json(table)
     timed = _timed(table, sample_time)
     return mat_bytes(timed, check) if format == "mat" else c_header(timed, check, prefix)
 
@@ -155,8 +155,6 @@ def _vehicle(table: GainTable, format: str, sample_time: float | None, prefix: s
 def _plant(table: PlantTable, format: str, sample_time: float | None, prefix: str, check) -> str | bytes:
     if format == "csv":
         return plant_csv(table)
-    if format == "json":
-        return plant_json(table)
     if format == "mat":
         return plant_mat(table, check, sample_time)
     return plant_header(table, check, sample_time, prefix)

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.analysis.precision import HALF_UNIT, SinglePrecision
-from workbench.analysis.sampled import BISECTIONS, MOST_DELAY, PASSED, SampledLoop, sampled_peak
+from workbench.analysis.sampled import BISECTIONS, MOST_DELAY, PASSED, SampledLoop
 from workbench.control.structure.block import Controller
 from workbench.control.structure.loop import Loop
 from workbench.control.structure.structure import Structure
@@ -28,6 +28,7 @@ from workbench.lti.disk import disk_margin
 from workbench.lti.front import matrices
 from workbench.lti.hold import held
 from workbench.lti.join import beside, wired
+from workbench.lti.measure import sampled_peak
 from workbench.lti.model import Model
 from workbench.lti.realisation import Realisation
 from workbench.machine.threads import one_thread

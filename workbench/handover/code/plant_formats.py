@@ -13,7 +13,6 @@ sample time is known the longest of 1, 2, 5 · 10^k s is taken at which the samp
 """
 
 import csv
-import json
 import math
 import re
 from dataclasses import replace
@@ -98,11 +97,6 @@ def plant_csv(table: PlantTable) -> str:
     writer.writerow(units.get(name) or "1" for name in decimals)
     writer.writerow(decimals.values())
     return stream.getvalue()
-
-
-def plant_json(table: PlantTable) -> str:
-    """The text of the table's file."""
-    return json.dumps(table.to_dict(), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 def plant_header(

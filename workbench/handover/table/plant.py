@@ -13,7 +13,6 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from datetime import UTC, datetime
 from decimal import Decimal as Digits
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field, JsonValue, model_validator
@@ -22,15 +21,14 @@ from workbench.control.structure.block import Block, Parameter
 from workbench.control.structure.registry import BLOCKS, make_block
 from workbench.control.structure.structure import Structure
 from workbench.errors import InputError
-from workbench.exits import through
-from workbench.files.digest import digest_of
 from workbench.goals.goal import Closed
 from workbench.goals.loop_shape import Sensitivity
 from workbench.goals.promise import Promise
 from workbench.handover.table.schema import Decimal, Matrix, Name, Names, Number, Part, Sense, Text, Versions, versions
+from workbench.handover.table.signed import SignedTable
 from workbench.lti import Plant
 from workbench.lti.model import DelayLine, Model
-from workbench.result import Result, Row, plain
+from workbench.result import Row, plain
 
 if TYPE_CHECKING:
     from workbench.design.record import Design
@@ -134,7 +132,7 @@ class UndecidedPart(Part):
     reason: Text
 
 
-class PlantTable(Result, Part):
+class PlantTable(SignedTable):
     """The parameters of a design with the loops they close and what is promised of them; see the module's map."""
 
     format: Literal["maglev-workbench gain table"]
@@ -183,21 +181,6 @@ class PlantTable(Result, Part):
     def to_dict(self) -> dict[str, Any]:
         """What the file holds."""
         return self.model_dump(mode="json", exclude_defaults=True)
-
-    def write(self, path: Path | str) -> "PlantTable":
-        """Writes the table, signed anew, as readable JSON; returns what was written."""
-        from workbench.machine.writing import write_text
-
-        table = self.model_copy(update={"digest": digest_of(self.to_dict())})
-        write_text(Path(path), json.dumps(table.to_dict(), indent=1, ensure_ascii=False, allow_nan=False) + "\n")
-        return table
-
-    def export(self, format: str, path: Path | str, *, computing_delay: float = 0.0, accept: bool = False) -> Path:
-        """Writes the table in a format of `handover.code.formats`, the sampled loop checked; returns the path."""
-        return through("export")(self, format, path, computing_delay=computing_delay, accept=accept)
-
-    def __str__(self) -> str:
-        return repr(self)
 
     def rows(self) -> list[Row]:
         return [
@@ -254,8 +237,7 @@ def plant_table(
         }  # fmt: skip
         document["requirements"].append(record)
     document["digest"] = "0" * 64
-    table = PlantTable.model_validate(document)
-    return table.model_copy(update={"digest": digest_of(table.to_dict())})
+    return PlantTable.model_validate(document).signed()
 
 
 def _usual(problem, structure: Structure, promised: Sequence[Promise]) -> list[Promise]:

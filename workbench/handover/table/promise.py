@@ -122,7 +122,7 @@ def certified(table, problem, *, on_promise: OnPromise | None = None):
 
 def with_undecided(table, requirements, box: dict[str, tuple[float, float]], reason: str):
     """The table, signed, saying of each requirement that is not promised over a box that it is undecided there."""
-    from workbench.handover.table.table import GainTable, signed
+    from workbench.handover.table.table import GainTable
     from workbench.verify.vehicle.kind import promised_names
 
     document = table.to_dict()
@@ -134,7 +134,7 @@ def with_undecided(table, requirements, box: dict[str, tuple[float, float]], rea
             said = [{k: one[k] for k in asked} for one in (*document["promises"], *document["undecided"])]
             if asked not in said:
                 document["undecided"].append({**asked, "share": 1.0, "reason": reason})
-    return signed(GainTable.model_validate(document))
+    return GainTable.model_validate(document).signed()
 
 
 def with_box(table, box: dict[str, tuple[float, float]], *, on_promise: OnPromise | None = None, method: str = ""):
@@ -152,7 +152,7 @@ def with_box(table, box: dict[str, tuple[float, float]], *, on_promise: OnPromis
     whole box, else what is proved, rounded to three digits on the safe side; then, and where nothing is proved, the
     table says under `undecided` on what share of the box the nominal limit stays open, and why.
     """
-    from workbench.handover.table.table import GainTable, signed
+    from workbench.handover.table.table import GainTable
     from workbench.verify.vehicle.prover import Prover
     from workbench.verify.vehicle.table import table_of
 
@@ -171,7 +171,7 @@ def with_box(table, box: dict[str, tuple[float, float]], *, on_promise: OnPromis
             document["undecided"].append({**asked, **left})
         if on_promise:
             on_promise(promise["name"], _words(found, left))
-    return signed(GainTable.model_validate(document))
+    return GainTable.model_validate(document).signed()
 
 
 def _over_box(prover, promise: dict[str, Any], box) -> tuple[dict[str, Any] | None, dict[str, Any] | None]:

@@ -28,7 +28,7 @@ def renewed(problem, document: dict):
     from workbench.design.robustness import robustness
     from workbench.handover.table.promise import certified
     from workbench.handover.table.schema import SchedulePart
-    from workbench.handover.table.table import signed, table_from_design
+    from workbench.handover.table.table import table_from_design
     from workbench.physics.vehicle import varied
 
     gains = Gains.from_mapping({name: float(text) for name, text in document["gains"].items()})
@@ -40,18 +40,17 @@ def renewed(problem, document: dict):
     changes = {"starts": document["starts"], "gains": document["gains"]}
     if schedule:
         changes["schedule"] = SchedulePart(**schedule)
-    return certified(signed(table.model_copy(update=changes)), problem)
+    return certified(table.model_copy(update=changes).signed(), problem)
 
 
 def main(names: list[str]) -> None:
     """Renews the approved tables of problems in place."""
     from workbench.files.problem import load_problem, shipped_problems
-    from workbench.handover.table.table import write_table
     from workbench.machine.reading import read_mapping
 
     for name in names:
         path = Path(shipped_problems()[name]) / "approved.json"
-        write_table(renewed(load_problem(name), read_mapping(path)), path)
+        renewed(load_problem(name), read_mapping(path)).write(path)
 
 
 if __name__ == "__main__":

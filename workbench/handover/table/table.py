@@ -1,6 +1,6 @@
 """The gain table: what a design hands over, and what someone else can check.
 
-    Design --table_from_design--> GainTable --write_table--> JSON
+    Design --table_from_design--> GainTable --write--> JSON
     JSON --read_table--> GainTable --> Gains, law, discrete law, plant
 
 Numbers that a proof starts from (gains, law, plant) are decimal strings: the digits printed, each of which `float`
@@ -22,7 +22,6 @@ from workbench.control.discrete import DiscreteLaw, discretise
 from workbench.control.law import Actuator
 from workbench.control.schedule import Schedule
 from workbench.errors import InputError
-from workbench.exits import through
 from workbench.files.digest import check_digest, digest_of
 from workbench.handover.table.certificate import certificate_of, plant_part
 from workbench.handover.table.schema import (
@@ -30,7 +29,6 @@ from workbench.handover.table.schema import (
     Decimal,
     LawPart,
     Name,
-    Part,
     PlantPart,
     Promise,
     RequirementRecord,
@@ -41,10 +39,10 @@ from workbench.handover.table.schema import (
     Versions,
     versions,
 )
+from workbench.handover.table.signed import SignedTable
 from workbench.lti import Plant
 from workbench.machine.reading import read_mapping
-from workbench.machine.writing import write_text
-from workbench.result import Result, Row
+from workbench.result import Row
 
 if TYPE_CHECKING:
     from workbench.handover.table.plant import PlantTable
@@ -61,7 +59,7 @@ INVARIANCE_WITH_ACTUATORS = (
 )
 
 
-class GainTable(Result, Part):
+class GainTable(SignedTable):
     """The gains of a design with their evidence; see the module's map and each block."""
 
     format: Literal["maglev-workbench gain table"]
@@ -123,21 +121,6 @@ class GainTable(Result, Part):
         """The gains over speed, if the table holds them."""
         return None if self.schedule is None else Schedule.from_dict(self.schedule.model_dump())
 
-    def to_dict(self) -> dict[str, Any]:
-        """What the file holds."""
-        return self.model_dump(mode="json")
-
-    def write(self, path: Path | str) -> "GainTable":
-        """Writes the table, signed anew, as readable JSON; returns what was written."""
-        return write_table(self, Path(path))
-
-    def export(self, format: str, path: Path | str, *, computing_delay: float = 0.0, accept: bool = False) -> Path:
-        """Writes the table in a format of `handover.code.formats`, the sampled loop checked; returns the path."""
-        return through("export")(self, format, path, computing_delay=computing_delay, accept=accept)
-
-    def __str__(self) -> str:
-        return repr(self)
-
     def rows(self) -> list[Row]:
         return [
             ("problem", self.problem, ""),
@@ -147,11 +130,6 @@ class GainTable(Result, Part):
             *((name, text, GAIN_UNITS[name]) for name, text in self.gains.items()),
             ("digest", self.digest, "SHA-256"),
         ]
-
-
-def signed(table: GainTable) -> GainTable:
-    """The same table with the digest of its content."""
-    return table.model_copy(update={"digest": digest_of(table.to_dict())})
 
 
 def table_from_design(
@@ -187,18 +165,6 @@ def table_from_design(
     document["promises"] = promises(design, document)
     document["digest"] = digest_of(document)
     return _validated(document, "the design's table", GainTable)
-
-
-def write_table(table: GainTable, path: Path) -> GainTable:
-    """Writes a table, signed anew, as readable JSON; returns what was written."""
-    table = signed(table)
-    write_text(path, table_json(table))
-    return table
-
-
-def table_json(table: GainTable) -> str:
-    """The text of a table's file."""
-    return json.dumps(table.to_dict(), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 def table_of(design) -> "GainTable | PlantTable":
