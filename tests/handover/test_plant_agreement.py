@@ -66,6 +66,11 @@ def change(document, at, value):
         (("requirements", 0, "hard"), False, "met or not"),
         (("requirements", 1, "value"), 1.0, "value of"),
         (("promises", 1, "limit"), 2.5, "must be promised"),
+        (("promises", 1, "subject"), {"points": ["u"], "band": [0.0, 0.1]}, "must be promised"),
+        (("promises", 1, "subject"), {"points": ["u"], "models": ["model"]}, "must be promised"),
+        (("promises", 2, "subject", "openings"), ["y"], "must be promised"),
+        (("requirements", 0, "promises"), [0], "must name the promises that hold it"),
+        (("requirements", 0, "promises"), [], "must name the promises that hold it"),
     ],
 )
 def test_what_differs_is_said(document, problem, at, value, sentence):
@@ -77,6 +82,13 @@ def test_a_goal_left_out_is_said(document, problem):
     changed = copy.deepcopy(document)
     del changed["requirements"][2]
     assert any("does not" in words for words in agreement(changed, problem).disagreements)
+
+
+def test_a_goal_that_the_problem_has_not_or_a_second_one_is_said(document, problem):
+    entry = document["requirements"][0]
+    for more, sentence in (({**entry, "name": "Comfort"}, "'Comfort' must be a goal"), (entry, "stands twice")):
+        changed = change(document, ("requirements",), [*document["requirements"], more])
+        assert any(sentence in words for words in agreement(changed, problem).disagreements)
 
 
 def test_a_vehicles_table_is_no_table_of_a_plant_of_ones_own(problem):

@@ -297,3 +297,50 @@ def test_hostile_values_anywhere_are_refused_in_a_sentence_or_not_proved(name):
             sentence = str(refusal)
         assert "\n" not in sentence, (places[k], value)
         assert len(sentence) < 500
+
+
+@pytest.mark.parametrize("key", ["inputs", "outputs", "points", "openings", "band"])
+def test_what_a_proof_does_not_look_at_must_not_stand_in_a_promise(key):
+    document = plant_table(design_of("motor")).to_dict()
+    value = [0.0, 1.0] if key == "band" else ["voltage"]
+    for k, promise in enumerate(document["promises"]):
+        if not promise["subject"].get(key):
+            changed = signed(document, put(("promises", k, "subject"), {**promise["subject"], key: value}))
+            report = verify_document(changed)
+            looked_at = key == "band" and promise["kind"] not in ("stability", "variance", "delay margin")
+            assert looked_at or key == "openings" or not report.findings[k].holds, promise
+
+
+def test_a_point_that_is_open_has_no_margin():
+    document = plant_table(design_of("sampled")).to_dict()
+    for kind, sense in (("disk margin", ">="), ("peak sensitivity", "<="), ("delay margin", ">=")):
+        subject = {"points": ["u"], "openings": ["u"]}
+        promise = {"kind": kind, "sense": sense, "limit": 1.0, "subject": subject}
+        finding = verify_document(signed(document, lambda d, p=promise: d["promises"].append(p))).findings[-1]
+        assert finding.verdict == "not proved"
+        assert "is open" in finding.reason
+
+
+def test_a_requirement_held_by_another_promise_is_listed_with_that_promise():
+    document = plant_table(design_of("motor")).to_dict()
+
+    def by_stability(d):
+        for entry in d["requirements"]:
+            entry["promises"] = [0]
+
+    report = verify_document(signed(document, by_stability))
+    assert sum("stated to follow from 'stability' >= 0" in words for words in report.not_promised) == len(
+        document["requirements"]
+    )
+
+
+def test_a_point_named_as_what_is_before_another_is_refused():
+    document = plant_table(design_of("motor")).to_dict()
+
+    def named(d):
+        for model in d["models"]:
+            model["outputs"] = ["before voltage" if y == "speed" else y for y in model["outputs"]]
+        d["structure"]["blocks"][0]["inputs"] = ["before voltage"]
+
+    with pytest.raises(TableError, match="also reads as a sum"):
+        verify_document(signed(document, named))

@@ -30,6 +30,7 @@ def written(tmp_path, text):
         ("{}", "must be of format 'maglev-workbench gain table', version 1 or 2; got 'None'"),
         ('{"format": "maglev-workbench gain table", "version": 3}', "version 1 or 2; got .* version 3"),
         ('{"format": "maglev-workbench gain table", "version": true}', "version 1 or 2; got .* version True"),
+        ('{"format": "maglev-workbench gain table", "version": 2.0}', "version 1 or 2; got .* version 2.0"),
         ('{"a": NaN}', "NaN is not a number JSON allows"),
         ('{"a": 1, "a": 2}', "key 'a' is given twice"),
         ('{"a": ' + "[" * 100_000 + "]" * 100_000 + "}", "must not be nested deeply"),

@@ -45,8 +45,9 @@ def read_document(path: Path) -> dict[str, Any]:
         raise TableError(f"{path} must be valid JSON; {fault}. Get the table again from its source.") from error
     if not isinstance(document, dict):
         raise TableError(f"{path} must hold a JSON mapping; got a {type(document).__name__}. Give a gain table.")
-    if document.get("format") != FORMAT or document.get("version") not in VERSIONS or document["version"] is True:
-        given = str(document.get("format"))[:60], str(document.get("version"))[:20]
+    version = document.get("version")
+    if document.get("format") != FORMAT or type(version) is not int or version not in VERSIONS:
+        given = str(document.get("format"))[:60], str(version)[:20]
         raise TableError(
             f"{path} must be of format {FORMAT!r}, version 1 or 2; got {given[0]!r}, version {given[1]}. "
             "Give the JSON that 'workbench design' wrote, or use the workbench that wrote this one."

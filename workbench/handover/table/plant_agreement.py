@@ -96,9 +96,11 @@ def _goals(document: dict[str, Any], problem) -> list[str]:
     values = {p["name"]: float(p["value"]) for b in document["structure"]["blocks"] for p in b["parameters"].values()}
     verdicts = {v.name: v for v in given(problem, values).verdicts}
     stated = {r["name"]: r for r in document["requirements"]}
-    said = [(p["kind"], p["sense"], p["limit"]) for p in document["promises"]]
-    undecided = [(u["name"], u["sense"], u["limit"]) for u in document["undecided"]]
-    sentences = []
+    said = [(p["kind"], p["subject"], p["sense"], p["limit"]) for p in document["promises"]]
+    undecided = [(u["name"], None, u["sense"], u["limit"]) for u in document["undecided"]]
+    sentences = [f"{name!r} must be a goal of {problem.name!r}; it is none" for name in stated if name not in verdicts]
+    if len(stated) < len(document["requirements"]):
+        sentences.append("every requirement must stand once in the table; one stands twice")
     for goal in problem.goals:
         found, there = verdicts[goal.name], stated.get(goal.name)
         if there is None:
@@ -113,14 +115,23 @@ def _goals(document: dict[str, Any], problem) -> list[str]:
                     if getattr(found, key) is not None
                     else f"{goal.name!r} has no value; {there[key]} is stated"
                 )
+        held = []
         for promise in listed(goal.promise(found)):
-            asked = (promise.kind, promise.sense), (promise.name[:500], promise.sense)
-            if not any(x[:2] in asked and _close(x[2], promise.limit) for x in (*said, *undecided)):
+            here = _places(said, (promise.kind, promise.to_dict()["subject"], promise.sense), promise.limit)
+            held += here[:1]
+            if not here and not _places(undecided, (promise.name[:500], None, promise.sense), promise.limit):
                 sentences.append(
                     f"{goal.name!r} must be promised as {promise.name!r} {promise.sense} {promise.limit:.6g}, or said "
                     "to be undecided; it is neither"
                 )
+        if sorted(there["promises"]) != sorted(held):
+            sentences.append(f"{goal.name!r} must name the promises that hold it, {held}; got {there['promises']}")
     return sentences
+
+
+def _places(stated: list[tuple], asked: tuple, limit: float) -> list[int]:
+    """Where a promise stands: in the same words, to the same limit."""
+    return [k for k, (*words, given) in enumerate(stated) if tuple(words) == asked and _close(given, limit)]
 
 
 def _close(one: float | None, other: float | None) -> bool:

@@ -161,8 +161,12 @@ def _requirements(table: Table, faults: list[str]) -> list[str]:
         for k in held:
             if isinstance(k, bool) or not isinstance(k, int) or not 0 <= k < len(table.promises):
                 raise TableError(f"{place}.promises must count promises of the table; got {str(k)[:20]!r}. Mend it.")
+        said = f"{name} {entry['sense']} {entry['limit']}"
         if not held:
-            out.append(f"{name} {entry['sense']} {entry['limit']}: no promise of the table holds it")
+            out.append(f"{said}: no promise of the table holds it")
+        elif not any((table.promises[k].sense, table.promises[k].limit) == (entry["sense"], limit) for k in held):
+            p = table.promises[held[0]]
+            out.append(f"{said}: stated to follow from {p.name[:200]!r} {p.sense} {float(p.limit):g}")
     return out
 
 

@@ -63,7 +63,7 @@ class Loop:
         self._at = {name: i for i, name in enumerate(self.points)}
         for name in self.points:  # a name that reads as something else would say two things
             read = _pieces(name)
-            if read is not None and all(n.removeprefix(BEFORE) in self._at and n != name for _, n in read):
+            if read is not None and {n.removeprefix(BEFORE) for _, n in read} <= set(self.points) - {name}:
                 raise TableError(f"point {name[:40]!r} also reads as a sum of other points. Rename it.")
         self._made = made
         self._characteristic: dict[tuple[str, ...], Quasi] = {}

@@ -4,7 +4,7 @@ A loop with dead time has infinitely many roots whose damping falls to zero: the
 roots in the sector between its circles are counted.
 """
 
-from flint import ctx, fmpq
+from flint import acb, arb, ctx, fmpq
 
 from workbench.verify.exact.failure import NotProved
 from workbench.verify.exact.pole import PRECISION, smallest
@@ -15,6 +15,7 @@ from workbench.verify.plant.table import Promise
 from workbench.verify.promises.answer import Answer, enclosed, require_sense
 
 KIND = "damping ratio"
+SUBJECT = ("openings", "band")
 
 
 def prove(loop: Loop, promise: Promise) -> Answer:
@@ -34,10 +35,17 @@ def prove(loop: Loop, promise: Promise) -> Answer:
         found = within(poles(loop, subject.openings), subject.band)
         if not found:
             return Answer(True, None, None, ISOLATED)
-        worst = smallest([-s.real / abs(s) for s in found])
+        worst = smallest([_damping(s) for s in found])
         whole = subject.band is None
 
         def exactly() -> bool:
             return whole and exactly_kept(loop, subject.openings, promise.limit, ray=True)
 
         return enclosed(promise, worst, ISOLATED, exactly)
+
+
+def _damping(s: acb) -> arb:
+    """−Re s/|s|, of a root on the real axis 1 or −1 exactly."""
+    if s.imag.is_zero() and (s.real < 0 or s.real > 0):
+        return arb(1 if s.real < 0 else -1)
+    return -s.real / abs(s)

@@ -11,6 +11,7 @@ from workbench.verify.plant.table import Promise
 from workbench.verify.promises.answer import STEPS, Answer, bracket, enclosed, require_sense
 
 KIND = "decay rate"
+SUBJECT = ("openings", "band")
 
 
 def prove(loop: Loop, promise: Promise) -> Answer:

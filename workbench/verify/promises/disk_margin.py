@@ -12,6 +12,7 @@ from workbench.verify.promises.answer import STEPS, Answer, bracket, require_sen
 from workbench.verify.promises.peak import levels_of
 
 KIND = "disk margin"
+SUBJECT = ("points", "openings", "band")
 
 
 def prove(loop: Loop, promise: Promise) -> Answer:

@@ -9,6 +9,7 @@ from workbench.verify.promises.answer import Answer
 from workbench.verify.promises.peak import peak
 
 KIND = "peak gain"
+SUBJECT = ("inputs", "outputs", "openings", "band")
 
 
 def prove(loop: Loop, promise: Promise) -> Answer:

@@ -6,6 +6,7 @@ from workbench.verify.promises.answer import Answer
 from workbench.verify.promises.peak import peak
 
 KIND = "peak sensitivity"
+SUBJECT = ("points", "openings", "band")
 
 
 def prove(loop: Loop, promise: Promise) -> Answer:

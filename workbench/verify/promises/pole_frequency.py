@@ -10,6 +10,7 @@ from workbench.verify.plant.table import Promise
 from workbench.verify.promises.answer import Answer, enclosed, require_sense
 
 KIND = "pole frequency"
+SUBJECT = ("openings", "band")
 
 
 def prove(loop: Loop, promise: Promise) -> Answer:

@@ -14,14 +14,15 @@ from workbench.verify.plant.table import Promise
 from workbench.verify.promises.answer import Answer, require_sense
 
 KIND = "stability"
+SUBJECT = ("openings",)
 
 
 def prove(loop: Loop, promise: Promise) -> Answer:
     """Whether all roots have Re s < −limit."""
     require_sense(promise, ">=")
     subject = promise.subject
-    if subject.band is not None or promise.limit < 0:
-        raise NotProved("stability speaks of every root and a decay of zero or more")
+    if promise.limit < 0:
+        raise NotProved("stability speaks of a decay of zero or more")
     if late(loop, subject.openings):
         P = loop.characteristic(subject.openings)
         kept = beyond(P, promise.limit) == 0

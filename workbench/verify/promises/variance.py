@@ -19,6 +19,7 @@ from workbench.verify.plant.table import Promise
 from workbench.verify.promises.answer import Answer, enclosed, require_sense
 
 KIND = "variance"
+SUBJECT = ("inputs", "outputs", "openings")
 STRAIGHT = "white noise passes straight to the output, whose variance is infinite"
 LYAPUNOV = "ball arithmetic: Lyapunov equation with its residual"
 QUADRATURE = "ball arithmetic: quadrature of the spectrum, its tail bounded, dead times exact"
@@ -30,8 +31,8 @@ def prove(loop: Loop, promise: Promise) -> Answer:
     """Whether the rms stays at or below the limit."""
     require_sense(promise, "<=")
     subject = promise.subject
-    if subject.band is not None or not subject.inputs or not subject.outputs:
-        raise NotProved("a variance is of a channel over all frequencies")
+    if not subject.inputs or not subject.outputs:
+        raise NotProved("a variance is of a channel")
     require_stable(loop, subject.openings)
     response = response_of(loop, subject.inputs, subject.outputs, subject.openings)
     with ctx.workprec(PRECISION):
