@@ -100,10 +100,17 @@ def test_one_structure_serves_several_models_at_their_worst():
 
 def test_a_hard_goal_out_of_reach_is_refused_by_name_with_value_model_and_frequency():
     goals = [Gain(name="effect", inputs=("w",), outputs=("y",), limit=0.001, hard=True)]
-    # at k = −100 the effect is 1/99 = 0.0101, 10.1 times the limit, at frequency 0
+    # at k = −100 the effect is 1/99 = 0.0101 at frequency 0
     with pytest.raises(
-        InfeasibleError, match=r"'effect' must be at most 1; the best value reached is 10\.1.*model lag, 0 rad/s"
+        InfeasibleError, match=r"'effect' must be at most 0\.001; the best value reached is 0\.0101.*model lag, 0 rad/s"
     ):
+        tune(lag(), proportional(), goals, starts=2, budget_seconds=5)
+
+
+def test_a_hard_goal_with_a_least_value_is_refused_in_its_own_unit():
+    goals = [Poles(name="speed", decay=300.0, hard=True)]
+    said = r"'speed' must be at least 300 1/s; the best value reached is 99 1/s"  # k = −100: the pole 1 − 100
+    with pytest.raises(InfeasibleError, match=said):
         tune(lag(), proportional(), goals, starts=2, budget_seconds=5)
 
 

@@ -56,6 +56,8 @@ def design(
 
     deadline = supervised(budget_seconds, "the design")
 
+    import os
+
     from workbench.commands.output import emit_json, progress, tell
     from workbench.errors import InputError
     from workbench.files.problem import load_problem
@@ -70,7 +72,7 @@ def design(
         done = complete(
             loaded, out, starts=starts, seed=seed or 0, method=solver, robust=robust,
             over_speeds=False if speed is not None else None, sweep=trade_off, boxes=boxes is not False,
-            deadline=deadline, show=show,
+            workers=os.cpu_count() or 1, deadline=deadline, show=show,
         )  # fmt: skip
     if done.hurried:
         why = "the budget ended" if received() is None else word()

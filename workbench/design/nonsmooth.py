@@ -37,7 +37,7 @@ def nonsmooth_design(
         Start(number=s.number - 1, cost=s.soft, violation=max(s.hard - 1, 0.0), evaluations=0, message=s.message)
         for s in tuning.starts
     )
-    refuse_unmet(tuning)
+    refuse_unmet(tuning, problem.goals)
     binding = [g.name for g in tuning.goals if g.hard and g.value >= 1 - AT_LIMIT]
     return printed(problem, tuning.values, starts=log, binding=binding, seed=seed, solver="nonsmooth")
 

@@ -7,7 +7,6 @@ What a vehicle alone has (robustness cases, a trade-off of its cost, boxes) is l
 """
 
 import math
-import os
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -94,7 +93,7 @@ def complete(
     over_speeds: bool | None = None,
     sweep: bool | None = None,
     boxes: bool = True,
-    workers: int | None = None,
+    workers: int = 1,
     deadline: Deadline = NEVER,
     show: Show = silent,
 ) -> Completed:
@@ -109,7 +108,7 @@ def complete(
     sweep : the cost of a vehicle over the allowed peak sensitivity; where it is limited, for one set of gains for one
         vehicle, if left out
     boxes : prove what holds over the standard box and over the speeds of a schedule
-    workers : processes; as many as the machine has if left out
+    workers : processes; a script that asks for more than one needs the usual `if __name__ == "__main__"`
     deadline : the best design verified by then is kept; sweep and boxes are left out where they would take too long
     show : told what is done, for progress
 
@@ -134,7 +133,7 @@ def complete(
         for name in (TABLE, REPORT):
             check_file(folder / name)
     count = STARTS if starts is None and problem.flies else starts
-    options = {"starts": count, "seed": seed, "workers": workers or os.cpu_count() or 1}
+    options = {"starts": count, "seed": seed, "workers": workers}
     solving = _time_to_solve(deadline)
     with keeping(solving):
         evidence = _designed(problem, way, how, options, show)

@@ -126,7 +126,7 @@ def tune_robust(
             start=start if last is None else last.tuning.theta,
             budget_seconds=max(left / 2 if last is None else left, 0.1), on_progress=on_progress, refuse=False,
         )  # fmt: skip
-        refuse_unmet(tuning)
+        refuse_unmet(tuning, goals)
         with one_thread():
             sought = _Sought(model_of, names, low, high, structure, goals, tuning.theta, generator)
             return _Tuned(tuning, tuple(sought.worst(searches)))

@@ -18,7 +18,7 @@ from workbench.control.structure.block import Controller
 from workbench.control.structure.loop import Loop
 from workbench.control.structure.structure import Structure
 from workbench.design.tuner.constrained import Descent, descend
-from workbench.design.tuner.pieces import USUAL, GoalPieces, Labelled
+from workbench.design.tuner.pieces import USUAL, GoalPieces, Labelled, distinct
 from workbench.design.tuner.result import StartReport, TunedGoal, Tuning
 from workbench.design.tuner.stabilise import random_start, stabilise
 from workbench.errors import InfeasibleError, InputError
@@ -285,7 +285,7 @@ def _tuning(programme: GoalPieces, chosen: _Judged, ends: list[_End], begun: flo
         exact_seconds=perf_counter() - exact_begun,
     )  # fmt: skip
     if refuse:
-        refuse_unmet(result)
+        refuse_unmet(result, programme.goals)
     return result
 
 
@@ -297,18 +297,25 @@ def _abscissa(loop: Loop, K: Controller) -> float:
         return math.inf
 
 
-def refuse_unmet(result: Tuning) -> None:
-    """Raise InfeasibleError for the worst hard goal that is not met."""
+def refuse_unmet(result: Tuning, goals: Sequence[Goal]) -> None:
+    """Raise InfeasibleError for the worst hard goal that is not met, in its own unit."""
     unmet = [goal for goal in result.goals if goal.hard and not goal.met]
     if not unmet:
         return
     worst = max(unmet, key=lambda goal: goal.upper)
-    proved = f", proved to be at most {worst.upper:.5g}" if worst.upper > 1.0001 * worst.value else ""
+    asked = next(goal for goal in distinct(goals) if goal.name == worst.name).asked()
+    bound = "at most" if asked.sense == "<=" else "at least"
+
+    def shown(value: float) -> str:
+        return f"{asked.value(value):.5g} {asked.unit}".removesuffix(" 1") if math.isfinite(value) else "none"
+
+    proved = f", proved to be {bound} {shown(worst.upper)}" if worst.upper > 1.0001 * worst.value else ""
     others = ", ".join(repr(goal.name) for goal in unmet if goal is not worst)
     reason = f" ({worst.reason.rstrip('.')})" if worst.reason else ""
+    limit = f"{asked.limit:.6g} {asked.unit}".removesuffix(" 1")
     raise InfeasibleError(
-        f"hard goal {worst.name!r} must be at most 1; the best value reached is {worst.value:.5g}{proved}{reason} "
-        f"({worst.where()}).{f' Also not met: {others}.' if others else ''} "
+        f"hard goal {worst.name!r} must be {bound} {limit}; the best value reached is {shown(worst.value)}{proved}"
+        f"{reason} ({worst.where()}).{f' Also not met: {others}.' if others else ''} "
         "Relax it, make it soft, free a parameter or try more starts."
     )
 
