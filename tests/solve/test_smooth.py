@@ -1,6 +1,6 @@
 """Smooth programmes and exchanges whose solutions are known; certificates that another program computes."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -71,6 +71,21 @@ def test_the_least_violation_of_two_that_exclude_each_other_is_in_the_middle():
     assert found.violation == pytest.approx(1.0, abs=1e-6)
     assert set(found.binding) == {"row 0", "row 1"}
     assert not found.feasible
+
+
+@dataclass(frozen=True)
+class Floored(Quadratic):
+    """The same, whose first row no compromise takes below −0.2."""
+
+    def at(self, x):
+        return replace(super().at(x), floors=np.array([-0.2, -np.inf]))
+
+
+def test_a_compromise_keeps_above_a_floor():
+    # x ≥ 1 and −x ≥ 1 with x − 1 ≥ −0.2: the middle is forbidden, x = 0.8 misses the other by 1.8
+    found = least_violation(Floored((5.0,), ((1.0,), (-1.0,)), (1.0, 1.0)), np.array([0.9]))
+    assert found.x[0] == pytest.approx(0.8, abs=1e-6)
+    assert found.violation == pytest.approx(1.8, abs=1e-6)
 
 
 def test_an_unknown_solver_is_refused_when_it_is_named():

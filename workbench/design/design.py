@@ -203,7 +203,8 @@ def finished(
             chased = [_kept(problem, programme, j, outcome, solver) for j, outcome in verified if j is best]
             best = chased[0] if chased else best
         if best is None:
-            nearest = [least_violation(programme, x).x for x in [*candidates, *(o.x for o in ended)]]
+            begun = [_stable(programme, x) for x in [*candidates, *(o.x for o in ended)]]
+            nearest = [least_violation(programme, x).x for x in begun]
             looked_at += [_as_they_are(problem, programme, x) for x in nearest]
             best = _cheapest(looked_at)
     except CUT_SHORT:
@@ -279,6 +280,11 @@ def begin(programme: Programme, job: Job) -> np.ndarray:
     """Where a start begins: a stable point around its centre."""
     centre, spread, seed, _ = job
     return stable_start(programme, programme.x(centre), np.random.default_rng(seed), spread)
+
+
+def _stable(programme: Programme, x: np.ndarray) -> np.ndarray:
+    """x where its loop is stable, else what a descent from there finds."""
+    return stable_start(programme, x, np.random.default_rng(0), 0.0)
 
 
 def bare(problem: Problem) -> Problem:

@@ -273,14 +273,16 @@ class Family(Generic[ChartT]):
         x = np.asarray(x, float)
         z = self._chosen(x)
         names: list[str] = []
+        floors: list[float] = []
         values, jacobians, logs, slopes = [], [], [], []
         for k, member in enumerate(self.members):
             inner = self.chart.slope(z, k)
             measured = member.programme.measure(self.chart.theta(z, k))
             logs.append(np.log(measured.cost))
             slopes.append(measured.cost_slope @ inner / measured.cost)
-            for name, value, slope in measured.rows:
+            for (name, value, slope), floor in zip(measured.rows, measured.floors, strict=True):
                 value = np.atleast_1d(value)
+                floors += [floor] * len(value)
                 names += [name if k == 0 else f"{name} ({member.model.name})"] * len(value)
                 values.append(value)
                 jacobians.append(np.atleast_2d(slope) @ inner)
@@ -289,14 +291,16 @@ class Family(Generic[ChartT]):
             values.append(value)
             jacobians.append(slope)
         value, jacobian = np.concatenate(values), np.vstack(jacobians)
+        count = len(value) + (len(logs) if self.cost == "worst" else 0)
+        low = np.append(floors, np.full(count - len(floors), -np.inf))
         if self.cost == "worst":
             value = np.append(value, x[-1] - np.array(logs))
             right = np.append(np.zeros(len(jacobian)), np.ones(len(logs)))
             jacobian = np.column_stack([np.vstack([jacobian, -np.array(slopes)]), right])
             names += ["worst cost"] * len(logs)
-            return Point(float(x[-1]), np.append(np.zeros(len(z)), 1.0), value, jacobian, tuple(names))
+            return Point(float(x[-1]), np.append(np.zeros(len(z)), 1.0), value, jacobian, tuple(names), low)
         if self.cost == "mean":
             cost = np.exp(logs)
             share = cost / cost.sum()
-            return Point(float(np.log(cost.mean())), share @ np.array(slopes), value, jacobian, tuple(names))
-        return Point(float(logs[0]), slopes[0], value, jacobian, tuple(names))
+            return Point(float(np.log(cost.mean())), share @ np.array(slopes), value, jacobian, tuple(names), low)
+        return Point(float(logs[0]), slopes[0], value, jacobian, tuple(names), low)

@@ -38,11 +38,13 @@ class Measured:
     """Cost J and named constraint rows at one set of the seventeen parameters, with derivatives by them.
 
     cost_slope : (17,);  rows : name to (values (k,), derivatives (k, 17)), >= 0 where met, relative to the limit
+    floors : of each of the rows, what no compromise takes it below
     """
 
     cost: float
     cost_slope: np.ndarray
     rows: Rows
+    floors: tuple[float, ...]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -199,6 +201,7 @@ class Programme:
             np.concatenate(values),
             np.vstack([np.atleast_2d(j) for j in jacobians])[:, self.free] * inner,
             tuple(name for name, value in zip(names, values, strict=True) for _ in value),
+            np.repeat(measured.floors, [len(value) for value in values]),
         )
 
     def growth(self, x: np.ndarray) -> float:
@@ -217,7 +220,8 @@ class Programme:
         """Cost and constraint rows at the seventeen parameters, with their derivatives."""
         at = self.evaluated(theta)
         asked = {STABLE.name: STABLE, **self.asked}  # a loop must be stable, whatever is asked
-        return Measured(*self._cost.cost(at), [row for r in asked.values() for row in r.steer(at)])
+        rows = [(row, r.floor(self.back_off)) for r in asked.values() for row in r.steer(at)]
+        return Measured(*self._cost.cost(at), [row for row, _ in rows], tuple(floor for _, floor in rows))
 
     def evaluated(self, theta: np.ndarray) -> Evaluated:
         """Responses and mean squares at the seventeen parameters, and what else is asked of them."""

@@ -28,13 +28,24 @@ HIGHEST = 10.0  # relative violation at which a search for the least one starts 
 
 @dataclass(frozen=True, slots=True)
 class Point:
-    """A programme at one x: objective, constraints g >= 0 (m,) with names, gradients (n,) and (m, n)."""
+    """A programme at one x: objective, constraints g >= 0 (m,) with names, gradients (n,) and (m, n).
+
+    floors : (m,) of the constraints that no compromise takes below a value, −inf of the others; none if left out
+    """
 
     objective: float
     slope: np.ndarray
     constraints: np.ndarray
     jacobian: np.ndarray
     names: tuple[str, ...]
+    floors: np.ndarray | None = None
+
+    def firm(self) -> tuple[np.ndarray, np.ndarray]:
+        """What is >= 0 in a compromise too, with its gradients: constraints above their floors, (k,) and (k, n)."""
+        if self.floors is None:
+            return self.constraints[:0], self.jacobian[:0]
+        kept = np.isfinite(self.floors)
+        return self.constraints[kept] - self.floors[kept], self.jacobian[kept]
 
 
 class Programme(Protocol):
@@ -101,7 +112,10 @@ def minimise(programme: Programme, x: np.ndarray, options: Options | None = None
 
 
 def least_violation(programme: Programme, x: np.ndarray, options: Options | None = None) -> Outcome:
-    """The point whose largest relative violation is smallest: minimise t subject to g(x) + t >= 0, by SLSQP."""
+    """The point whose largest relative violation is smallest: minimise t subject to g(x) + t >= 0, by SLSQP.
+
+    Floors of constraints hold meanwhile: a compromise between limits is looked for among stable loops.
+    """
     from scipy.optimize import minimize
 
     options = options or Options(tolerance=1e-9)
@@ -110,14 +124,20 @@ def least_violation(programme: Programme, x: np.ndarray, options: Options | None
     last = np.eye(size + 1)[size]
     worst = max(0.0, float(-asked.at(x).constraints.min()))
 
+    def rows(z: np.ndarray) -> np.ndarray:
+        point = asked.at(z[:size])
+        return np.append(point.constraints + z[size], point.firm()[0])
+
     def slopes(z: np.ndarray) -> np.ndarray:
-        jacobian = asked.at(z[:size]).jacobian
-        return np.column_stack([jacobian, np.ones(len(jacobian))])
+        point = asked.at(z[:size])
+        kept = point.firm()[1]
+        relaxes = np.append(np.ones(len(point.jacobian)), np.zeros(len(kept)))
+        return np.column_stack([np.vstack([point.jacobian, kept]), relaxes])
 
     result = minimize(
         lambda z: (z[size], last), np.append(x, min(worst, HIGHEST)), jac=True, method="SLSQP",
         bounds=[*zip(low, high, strict=True), (0.0, None)],
-        constraints=[{"type": "ineq", "fun": lambda z: asked.at(z[:size]).constraints + z[size], "jac": slopes}],
+        constraints=[{"type": "ineq", "fun": rows, "jac": slopes}],
         options={"maxiter": options.iterations, "ftol": options.tolerance},
     )  # fmt: skip
     return _outcome(asked, result.x[:size], str(result.message), closest=True)

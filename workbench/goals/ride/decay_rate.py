@@ -25,7 +25,7 @@ class DecayRate(MarginRequirement):
     of_roots = boxed = True
 
     def steer(self, point: Evaluated) -> Rows:
-        decay = max(self.asked_at(point.back_off), STABLE_DECAY)
+        decay = self._steered(point.back_off)
         out = []
         for group, (values, slopes) in zip(point.groups, point.poles, strict=True):
             slow = np.argsort(-values.real)[: count(group)]
@@ -33,6 +33,12 @@ class DecayRate(MarginRequirement):
                 (f"{self.name} of {group.subject.name}", -values.real[slow] / decay - 1, -slopes.real[slow] / decay)
             )
         return out
+
+    def _steered(self, back_off: float) -> float:
+        return max(self.asked_at(back_off), STABLE_DECAY)
+
+    def floor(self, back_off: float) -> float:
+        return STABLE.limit / self._steered(back_off) - 1
 
     def sampled(self, loop: SampledLoop) -> float | None:
         return loop.decay

@@ -146,6 +146,10 @@ class Requirement(Goal):
         """The limit, that much stricter."""
         return self.limit * (1 + (back_off if self.sense == ">=" else -back_off))
 
+    def floor(self, back_off: float) -> float:
+        """What no compromise takes a row of `steer` below: −inf, unless the loop must stay stable by it."""
+        return float("-inf")
+
     def relaxed(self, factor: float) -> "Requirement":
         """With a limit that many times as loose."""
         return replace(self, limit=self.limit * (factor if self.sense == "<=" else 1 / factor))
