@@ -3,7 +3,6 @@
 PlantSession(problem) --move, optimise, pin, undo--> PlantSession;  .snapshot --PlantPicture--> PNG
 """
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from io import BytesIO
@@ -16,11 +15,11 @@ from workbench.design.design import design
 from workbench.design.plant_analysis import PlantAnalysis, plant_analysis
 from workbench.design.plant_curves import StepCurve, open_loop, step_curve
 from workbench.design.problem import Problem
-from workbench.errors import InputError, unknown_name
-from workbench.explore.session import STATE
+from workbench.errors import InputError
+from workbench.explore.session import STATE, Exploration
 from workbench.plots.loop import plot_poles, plot_steps
 from workbench.plots.nyquist import plot_nyquist
-from workbench.result import Row, figure
+from workbench.result import Row
 
 SIZE = (11.4, 6.4)  # inches, at
 DPI = 84
@@ -63,7 +62,7 @@ class PlantPin:
     shot: PlantShot
 
 
-class PlantSession:
+class PlantSession(Exploration):
     """What the explorer of a plant holds; every button is one of its methods.
 
     problem : Problem;  values : of some parameters, to start from; the approved or the structure's own if left out
@@ -146,34 +145,10 @@ class PlantSession:
         self.pins[name] = PlantPin(name, dict(self.values), self.snapshot)
         return self.pins[name]
 
-    def unpin(self, name: str) -> None:
-        """Forgets a pinned design."""
-        if name not in self.pins:
-            raise unknown_name("pinned design", name, self.pins)
-        del self.pins[name]
-
-    def comparison(self) -> tuple[list[str], list[list[str]]]:
-        """Heads and rows of a table: present and pinned designs side by side."""
-        shots = {"now": self.snapshot, **{p.name: p.shot for p in self.pins.values()}}
-        tables = [{name: (value, unit) for name, value, unit in shot.shown()} for shot in shots.values()]
-        names = dict.fromkeys(name for table in tables for name in table)
-        rows = [
-            [name, *(figure(t[name][0]) if name in t else "–" for t in tables),
-             next(t[name][1] for t in tables if name in t)]
-            for name in names
-        ]  # fmt: skip
-        return ["", *shots, "unit"], rows
-
     def write_table(self, path: Path | str) -> Path:
         """The present design as a gain table."""
         self.snapshot.analysis.design.table().write(Path(path))
         return Path(path)
-
-    def save(self, path: Path | str) -> None:
-        """Writes values and pins as JSON, beside and renamed."""
-        from workbench.machine.writing import write_text
-
-        write_text(Path(path), json.dumps(self.to_dict(), indent=1, ensure_ascii=False) + "\n")
 
     def to_dict(self) -> dict[str, Any]:
         """What `save` writes and `load` reads."""
@@ -182,15 +157,8 @@ class PlantSession:
 
     def load(self, path: Path | str) -> None:
         """Takes up a saved exploration of the same problem; refused whole where it is none, or holds what cannot be."""
-        from workbench.machine.reading import read_mapping
-
-        document = read_mapping(Path(path))
+        document = self._saved(path, self.problem.name)
         pins = document.get("pins", [])
-        if document.get("format") != STATE or document.get("problem") != self.problem.name:
-            raise InputError(
-                f"{path} must be a saved exploration of {self.problem.name!r}; got one of "
-                f"{str(document.get('problem'))[:60]!r}. Give another file, or open that problem."
-            )
         if not isinstance(pins, list) or not all(isinstance(p, dict) for p in pins):
             raise InputError(f"the pins of {path} must be objects with name and values; got {str(pins)[:40]}.")
         fresh = PlantSession(self.problem)

@@ -36,7 +36,58 @@ class Pin:
     shot: Snapshot
 
 
-class Session:
+class Exploration:
+    """What an exploration does whatever its problem: pins to come back to, a comparison, a file."""
+
+    pins: dict[str, Any]
+
+    @property
+    def snapshot(self) -> Any:
+        """Everything shown at the present values; its `shown()` are rows."""
+        raise NotImplementedError
+
+    def to_dict(self) -> dict[str, Any]:
+        """What `save` writes and `load` reads."""
+        raise NotImplementedError
+
+    def unpin(self, name: str) -> None:
+        """Forgets a pinned design."""
+        if name not in self.pins:
+            raise unknown_name("pinned design", name, self.pins)
+        del self.pins[name]
+
+    def comparison(self) -> tuple[list[str], list[list[str]]]:
+        """Heads and rows of a table: present and pinned designs side by side."""
+        shots = {"now": self.snapshot, **{p.name: p.shot for p in self.pins.values()}}
+        tables = [{name: (value, unit) for name, value, unit in shot.shown()} for shot in shots.values()]
+        names = dict.fromkeys(name for table in tables for name in table)
+        rows = [
+            [name, *(figure(t[name][0]) if name in t else "–" for t in tables),
+             next(t[name][1] for t in tables if name in t)]
+            for name in names
+        ]  # fmt: skip
+        return ["", *shots, "unit"], rows
+
+    def save(self, path: Path | str) -> None:
+        """Writes values and pins as JSON, beside and renamed."""
+        from workbench.machine.writing import write_text
+
+        write_text(Path(path), json.dumps(self.to_dict(), indent=1, ensure_ascii=False) + "\n")
+
+    def _saved(self, path: Path | str, problem: str) -> dict[str, Any]:
+        """The document of a saved exploration of the same problem."""
+        from workbench.machine.reading import read_mapping
+
+        document = read_mapping(Path(path))
+        if document.get("format") != STATE or document.get("problem") != problem:
+            raise InputError(
+                f"{path} must be a saved exploration of {problem!r}; got one of "
+                f"{str(document.get('problem'))[:60]!r}. Give another file, or open that problem."
+            )
+        return document
+
+
+class Session(Exploration):
     """What the explorer holds; every button is one of its methods.
 
     Parameters
@@ -147,19 +198,6 @@ class Session:
         self.pins[name] = Pin(name, self.gains, dict(self.factors), self.snapshot)
         return self.pins[name]
 
-    def unpin(self, name: str) -> None:
-        """Forgets a pinned design."""
-        if name not in self.pins:
-            raise unknown_name("pinned design", name, self.pins)
-        del self.pins[name]
-
-    def comparison(self) -> tuple[list[str], list[list[str]]]:
-        """Heads and rows of a table: present and pinned designs side by side."""
-        shots = {"now": self.snapshot, **{p.name: p.shot for p in self.pins.values()}}
-        tables = [shot.shown() for shot in shots.values()]
-        rows = [[label, *(figure(t[k][1]) for t in tables), unit] for k, (label, _, unit) in enumerate(tables[0])]
-        return ["", *shots, "unit"], rows
-
     def design(self):
         """The present gains as a `Design` record, met or not."""
         from workbench.design.design import given
@@ -178,12 +216,6 @@ class Session:
         table_from_design(self.design()).write(path)
         return Path(path)
 
-    def save(self, path: Path | str) -> None:
-        """Writes gains, operating point and pins as JSON, beside and renamed."""
-        from workbench.machine.writing import write_text
-
-        write_text(Path(path), json.dumps(self.to_dict(), indent=1, ensure_ascii=False) + "\n")
-
     def to_dict(self) -> dict[str, Any]:
         """What `save` writes and `load` reads."""
         pins = [{"name": p.name, "gains": p.gains.as_dict(), "factors": dict(p.factors)} for p in self.pins.values()]
@@ -200,14 +232,7 @@ class Session:
         InputError
             If the file is not one, is of another problem, or holds gains or factors that cannot be; nothing changes.
         """
-        from workbench.machine.reading import read_mapping
-
-        document = read_mapping(Path(path))
-        if document.get("format") != STATE or document.get("problem") != self.nominal.name:
-            raise InputError(
-                f"{path} must be a saved exploration of {self.nominal.name!r}; got one of "
-                f"{str(document.get('problem'))[:60]!r}. Give another file, or open that problem."
-            )
+        document = self._saved(path, self.nominal.name)
         fresh = Session(self.nominal, Gains.from_mapping(_mapping(document, "gains", path)))
         for entry in document.get("pins", []):
             if not isinstance(entry, dict):

@@ -69,10 +69,8 @@ class TransientMeasure:
     def evaluate(self, K: "Controller") -> Value:
         """Lyapunov equations; the gradient goes back through the starts N⁻¹B."""
         E, reason = _stable_error(self.channel, K, self.model)
-        if E is None:
-            return infinite(reason)
-        reason = self._direct(E)
-        if reason:
+        reason = reason or self._direct(E)
+        if E is None or reason:
             return infinite(reason)
         A, B, C, D = E
         h = self.channel.sample_time
@@ -93,9 +91,7 @@ class TransientMeasure:
             GB = GB * h
         scale = step / (2 * value * self.size**2)
         n = len(A) - len(self.model.A)
-        back = self.channel.system_pullback(
-            K, scale * GA[:n, :n], scale * GB[:n], scale * GC[:, :n], scale * GD
-        )  # fmt: skip
+        back = self.channel.system_pullback(K, scale * GA[:n, :n], scale * GB[:n], scale * GC[:, :n], scale * GD)
         return Value(value=value, gradients=((value, back),), channel=self._label(), method=method)
 
     def exact(self, K: "Controller") -> Value:
@@ -103,10 +99,8 @@ class TransientMeasure:
         if self.channel.delayed:
             return self._with_dead_times(K)
         E, reason = _stable_error(self.channel, K, self.model)
-        if E is None:
-            return infinite(reason)
-        reason = self._direct(E)
-        if reason:
+        reason = reason or self._direct(E)
+        if E is None or reason:
             return infinite(reason)
         A, B, C, D = E
         h = self.channel.sample_time
@@ -129,8 +123,8 @@ class TransientMeasure:
         value = math.sqrt(pieces.energy(self.order)) / self.size
         return Value(value=value, upper=value * (1 + pieces.error), channel=self._label(), method=BY_STEPS)
 
-    def _direct(self, E: Realisation) -> str:
-        if self.order or self.channel.sample_time is not None or not E.D.any():
+    def _direct(self, E: Realisation | None) -> str:
+        if E is None or self.order or self.channel.sample_time is not None or not E.D.any():
             return ""
         return "" if (np.abs(E.D) <= 4 * EPS * np.abs(self.model.D)).all() else STRAIGHT  # T's feedthrough is R's
 

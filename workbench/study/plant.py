@@ -17,10 +17,10 @@ from workbench.design.design import design
 from workbench.design.plant_analysis import plant_analysis
 from workbench.design.problem import Problem
 from workbench.design.record import given
-from workbench.errors import BudgetEnded, InfeasibleError, InputError
+from workbench.errors import InputError
 from workbench.machine.threads import one_thread
 from workbench.study.definition import Limit, Study
-from workbench.study.quantity import value_at
+from workbench.study.quantity import row_of, value_at
 from workbench.study.source import FACTOR, Source
 
 OF_STABLE = ("peak_sensitivity", "margins")  # what only stable loops have: no value elsewhere
@@ -45,16 +45,7 @@ class PlantTask:
     def rows(self, first: int, last: int) -> list[list[Any]]:
         """Rows first … last − 1: quantities in order, then why there are none."""
         with one_thread():
-            return [self._row(row) for row in range(first, last)]
-
-    def _row(self, row: int) -> list[Any]:
-        try:
-            document = self._document(row)
-            return [*(_number(value_at(document, q)) for q in self.quantities), ""]
-        except BudgetEnded:  # of the whole study, not of this row
-            raise
-        except (InputError, InfeasibleError, np.linalg.LinAlgError) as error:
-            return [*(None for _ in self.quantities), " ".join(str(error).split())]
+            return [row_of(lambda row=row: self._document(row), self.quantities) for row in range(first, last)]
 
     def _document(self, row: int) -> dict[str, Any]:
         own, changes = {}, {}
@@ -137,9 +128,3 @@ def document_of(problem: Problem, values: dict[str, float], quantities: Sequence
 
 def _path(name: str) -> str:
     return f"goals.{name.replace('.', '_')}"
-
-
-def _number(value: float | bool | None) -> float | bool | None:
-    if value is None or isinstance(value, bool):
-        return value
-    return None if np.isnan(value) else float(value)

@@ -5,17 +5,19 @@
 What a requirement limits and no analysis holds (delay margin, ride masks) is asked of the judge of designs.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields
 from difflib import get_close_matches
 from typing import Any
+
+import numpy as np
 
 from workbench.analysis.analysis import analyse
 from workbench.analysis.full import full_analysis
 from workbench.control import Gains
 from workbench.control.gains import GAIN_NAMES
 from workbench.design.problem import Problem
-from workbench.errors import InputError
+from workbench.errors import BudgetEnded, InfeasibleError, InputError
 from workbench.goals.ride.flown import Flown
 from workbench.goals.ride.peak_sensitivity import PeakSensitivity
 from workbench.goals.ride.requirement import required_kinds, requirement
@@ -23,6 +25,8 @@ from workbench.lti.margin import ChannelMargin
 from workbench.study.definition import Limit
 
 GROUPS = ("heave_pitch", "sway_roll_yaw")
+Value = float | bool | None
+Values = list[Value | str]  # quantities in order, then why there are none ("" if there are)
 FULL = ("margins", "comfort")  # parts of the JSON that only the full analysis has
 
 
@@ -54,6 +58,24 @@ def document_of(
         name, _, part = quantity.partition(".")
         document[name] = {**document.get(name, {}), part: value} if part else value
     return document
+
+
+def row_of(document: Callable[[], Mapping[str, Any]], quantities: Sequence[str]) -> Values:
+    """The quantities of one row's JSON, or why it has none."""
+    try:
+        found = document()
+        return [*(number(value_at(found, q)) for q in quantities), ""]
+    except BudgetEnded:  # of the whole study, not of this row
+        raise
+    except (InputError, InfeasibleError, np.linalg.LinAlgError) as error:
+        return [*(None for _ in quantities), " ".join(str(error).split())]
+
+
+def number(value: Value) -> Value:
+    """A quantity as a study keeps it: none where it is not a number."""
+    if value is None or isinstance(value, bool):
+        return value
+    return None if np.isnan(value) else float(value)
 
 
 def judged() -> dict[str, str]:

@@ -17,21 +17,18 @@ from workbench.analysis.batch.plants import Family, fit
 from workbench.control import Gains
 from workbench.control.gains import GAIN_NAMES, LATERAL, TIME_CONSTANTS, VERTICAL
 from workbench.design.problem import Problem
-from workbench.errors import BudgetEnded, InfeasibleError, InputError
+from workbench.errors import InputError
 from workbench.machine.threads import one_thread
 from workbench.physics.vehicle import varied
 from workbench.study.batch import Batch, quantity_names, suits
 from workbench.study.definition import VEHICLE_FACTORS, Study
 from workbench.study.designs import designed, with_factors
 from workbench.study.given import Given
-from workbench.study.quantity import document_of, value_at
+from workbench.study.quantity import Values, document_of, number, row_of
 from workbench.study.source import Source
 
 BLOCK = 128  # rows of a batch; larger ones leave the processor's cache
 FEW = 8  # rows with the same data below which a batch is not worth its preparation
-
-Value = float | bool | None
-Values = list[Value | str]  # quantities in order, then why there are none ("" if there are)
 
 
 @dataclass
@@ -87,13 +84,7 @@ class Task:
     # ---- one row
 
     def _alone(self, row: int) -> Values:
-        try:
-            document = self._document(row)
-            return [*(_number(value_at(document, q)) for q in self.quantities), ""]
-        except BudgetEnded:  # of the whole study, not of this row
-            raise
-        except (InputError, InfeasibleError, np.linalg.LinAlgError) as error:
-            return [*(None for _ in self.quantities), " ".join(str(error).split())]
+        return row_of(lambda: self._document(row), self.quantities)
 
     def _document(self, row: int) -> dict[str, Any]:
         problem = self.problem(row)
@@ -169,8 +160,7 @@ class Task:
                 yield row, self._alone(row)
             else:
                 values = (
-                    bool(c[k]) if q == "stable" else _number(c[k])
-                    for q, c in zip(self.quantities, columns, strict=True)
+                    bool(c[k]) if q == "stable" else number(c[k]) for q, c in zip(self.quantities, columns, strict=True)
                 )
                 yield row, [*values, ""]
 
@@ -194,10 +184,3 @@ def _family(problem: Problem, quantities: Sequence[str], names: Sequence[str]) -
         return batch.read(problem.with_vehicle(varied(problem.vehicle, **factors)).setting)
 
     return fit(names, make)
-
-
-def _number(value: Value) -> Value:
-    """The same; None for NaN."""
-    if value is None or isinstance(value, bool):
-        return value
-    return None if np.isnan(value) else float(value)
