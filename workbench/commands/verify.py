@@ -161,12 +161,7 @@ def _print(document: dict[str, Any]) -> None:
         ("coupling left out between the groups", document["coupling"], "of the largest entry"),
     ]  # fmt: skip
     emit_rows(
-        "Table",
-        [
-            ("digest holds", document["digest_ok"], ""),
-            *vehicle,
-            ("everything proved", document["proved"], ""),
-        ],
+        "Table", [("digest holds", document["digest_ok"], ""), *vehicle, ("everything proved", document["proved"], "")]
     )
     if document["problem"] is not None:
         emit_rows("Against the problem", document["rows"])

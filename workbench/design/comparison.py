@@ -117,11 +117,7 @@ def _plant(problem: Problem, values: Values | None) -> Figures:
 
 def _figures(a: Analysis) -> Figures:
     """(quantity, unit) to value."""
-    out: Figures = {
-        ("cost J", ""): a.cost,
-        ("smallest damping ratio", "1"): a.damping,
-        ("decay rate", "1/s"): a.decay,
-    }
+    out: Figures = {("cost J", ""): a.cost, ("smallest damping ratio", "1"): a.damping, ("decay rate", "1/s"): a.decay}
     out |= {(f"peak sensitivity, {g}", "1"): None if p is None else p.upper for g, p in a.peak_sensitivity.items()}
     for kind, word in (("gap", "gap"), ("gap_lateral", "lateral gap")):
         out |= {(f"rms {word}, {end}", "m"): v for end, v in a.rms[kind].items()}

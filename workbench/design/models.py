@@ -114,10 +114,7 @@ class VehicleModels:
 
 
 def vehicle_structure(
-    law: ModalLaw,
-    bounds: Mapping[str, tuple[float, float]],
-    fixed: Mapping[str, float],
-    approved: Gains | None = None,
+    law: ModalLaw, bounds: Mapping[str, tuple[float, float]], fixed: Mapping[str, float], approved: Gains | None = None
 ) -> Structure:
     """The modal law as a structure: every gain bounded or fixed, free ones starting as approved where that is inside.
 

@@ -33,11 +33,7 @@ if TYPE_CHECKING:
 
 UNITS = {"output": 1.0, "g": GRAVITY}  # of a mask's amplitude, in units of the outputs
 HALVINGS, SETTLED = 5, 1e-7  # of the panels of a judged integral, and the relative change that ends them
-PANEL_NODES = {
-    "normal": 6,
-    "dense": 12,
-    "checking": 8,
-}  # Gauss–Legendre nodes between frequencies of the grid
+PANEL_NODES = {"normal": 6, "dense": 12, "checking": 8}  # Gauss–Legendre nodes between frequencies of the grid
 LADDER = 2.0 ** np.arange(3, 30)  # widths of a mode at which panels end
 RADIANS = 400  # of a dead time's turn that panels follow one by one
 Densities = tuple[Profile, ...]

@@ -208,11 +208,7 @@ def _outcome(asked: _Asked, x: np.ndarray, message: str, *, closest: bool) -> Ou
 def _slsqp(asked: _Asked, x: np.ndarray, options: Options) -> tuple[np.ndarray, str]:
     from scipy.optimize import minimize
 
-    constraint = {
-        "type": "ineq",
-        "fun": lambda x: asked.at(x).constraints,
-        "jac": lambda x: asked.at(x).jacobian,
-    }
+    constraint = {"type": "ineq", "fun": lambda x: asked.at(x).constraints, "jac": lambda x: asked.at(x).jacobian}
     result = minimize(
         lambda x: (asked.at(x).objective, asked.at(x).slope),
         x, jac=True, method="SLSQP", bounds=np.column_stack(asked.bounds()), constraints=[constraint],

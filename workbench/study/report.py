@@ -9,14 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from workbench.handover.report.style import (
-    NAMED_FRAME,
-    WIDE_FRAME,
-    figure_block,
-    style_sheet,
-    svg_figure,
-    table_block,
-)
+from workbench.handover.report.style import NAMED_FRAME, WIDE_FRAME, figure_block, style_sheet, svg_figure, table_block
 from workbench.machine.writing import write_text
 from workbench.result import figure as digits
 from workbench.study.definition import spread

@@ -43,10 +43,7 @@ def certificate_of(problem) -> dict[str, Any]:
         },
         "motor": None
         if motor is None
-        else {
-            "rated_current_a": _decimal(motor.rated_current),
-            "working_current_a": _decimal(motor.working_current),
-        },
+        else {"rated_current_a": _decimal(motor.rated_current), "working_current_a": _decimal(motor.working_current)},
         "physics": _physics(problem),
     }
 

@@ -119,12 +119,7 @@ def trim(
     law = flying.law(speed, physics)
     drag = flying.sets * law.drag(0.0, 0.0, 0.0, 0.0)
     return Trim(
-        speed=speed,
-        gap=flying.gap,
-        current=flying.current,
-        drag=drag,
-        lift_to_drag=flying.weight / drag,
-        law=law,
+        speed=speed, gap=flying.gap, current=flying.current, drag=drag, lift_to_drag=flying.weight / drag, law=law
     )
 
 

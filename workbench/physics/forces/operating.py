@@ -39,11 +39,7 @@ class SpeedRatios:
 
 
 def speed_ratios(
-    speed: float,
-    gap: float,
-    physics: str,
-    coils: CoilSet = REPORT_COILS,
-    conductor: Conductor = REPORT_PLATE,
+    speed: float, gap: float, physics: str, coils: CoilSet = REPORT_COILS, conductor: Conductor = REPORT_PLATE
 ) -> SpeedRatios:
     """Lift and drag ratios of the main coil at a speed [m/s] and height [m].
 
@@ -68,9 +64,7 @@ def speed_ratios(
     here = plane_forces(coils.width, coils.length, gap, speed, conductor)
     if physics == "slab":
         return SpeedRatios(
-            lift_ratio=here.lift_ratio,
-            lift_to_drag=here.lift_to_drag,
-            lift_ratio_by_height=here.lift_ratio_by_height,
+            lift_ratio=here.lift_ratio, lift_to_drag=here.lift_to_drag, lift_ratio_by_height=here.lift_ratio_by_height
         )
     there = plane_forces(coils.width, coils.length, REPORT_GAP, REPORT_SPEED, conductor)
     factor = REPORT_LIFT_RATIO / there.lift_ratio

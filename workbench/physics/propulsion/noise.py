@@ -164,11 +164,7 @@ class NoiseBudget(Result):
 
 
 def noise_budget(
-    sources: Sequence[Source],
-    *,
-    distance: float = FIFTY_FEET,
-    limit: float | None = None,
-    technology: str = TODAY,
+    sources: Sequence[Source], *, distance: float = FIFTY_FEET, limit: float | None = None, technology: str = TODAY
 ) -> NoiseBudget:
     """The overall level after each step of technology, and whether the one asked for meets the limit.
 

@@ -14,14 +14,7 @@ from typing import Any
 from flint import fmpq, fmpq_mat, fmpq_poly
 
 from workbench.verify.exact.sensitivity import roots_from_zero
-from workbench.verify.family.box import (
-    BUDGET,
-    Proof,
-    prove_damping,
-    prove_decay,
-    prove_hurwitz,
-    prove_peak_sensitivity,
-)
+from workbench.verify.family.box import BUDGET, Proof, prove_damping, prove_decay, prove_hurwitz, prove_peak_sensitivity
 from workbench.verify.family.polynomial import Box, Point, rational
 from workbench.verify.family.sensitivity import SensitivityFamily, sensitivity_family
 

@@ -76,12 +76,7 @@ Judge = Callable[[tuple[Form, ...]], Mark | None]
 
 
 def search(
-    forms: tuple[Form, ...],
-    judge: Judge,
-    *,
-    most: int,
-    deadline: float,
-    doubt: Callable[[Piece], bool] | None = None,
+    forms: tuple[Form, ...], judge: Judge, *, most: int, deadline: float, doubt: Callable[[Piece], bool] | None = None
 ) -> Search:
     """Halve until every piece is judged, `most` pieces were looked at or the deadline (perf_counter) has passed.
 

@@ -11,16 +11,7 @@ from flint import fmpq
 
 from workbench.verify.exact.failure import TableError
 from workbench.verify.exact.system import System
-from workbench.verify.reading import (
-    as_printed,
-    decimal,
-    entries_of,
-    keyed,
-    mapping,
-    matrix_of,
-    optional,
-    text_of,
-)
+from workbench.verify.reading import as_printed, decimal, entries_of, keyed, mapping, matrix_of, optional, text_of
 
 MOST_MODELS, MOST_BLOCKS, MOST_SIGNALS, MOST_STATES, MOST_PROMISES = 50, 100, 60, 60, 300
 MOST_PARAMETERS = 1000
