@@ -77,45 +77,17 @@ class FullAnalysis(Result):
             ("Margins, one modal signal broken", self.modal_margins),
             ("Margins, one sensor broken", self.sensor_margins),
         ):
-            rows = [
-                (
-                    m.channel,
-                    figure(m.gain_down),
-                    figure(m.gain_up),
-                    figure(float(np.degrees(m.phase))),
-                    figure(1e3 * m.delay),
-                )
-                for m in margins
-            ]
-            if rows:
-                out.append((title, columns, rows))
+            if margins:
+                out.append((title, columns, [m.cells() for m in margins]))
         if self.comfort is not None:
             columns = ("place", "direction", "rms", "below 1 Hz", "weighted", "Wf", "Sperling", "PSD / boundary")
-            rows = [
-                (
-                    p.point,
-                    p.ride.direction,
-                    *map(
-                        figure,
-                        (
-                            p.ride.rms,
-                            p.ride.rms_below_1_hz,
-                            p.ride.rms_weighted,
-                            p.ride.rms_motion_sickness,
-                            p.sperling,
-                            p.mask_ratio,
-                        ),
-                    ),
-                )
-                for p in self.comfort.points
-            ]
-            out.append(
-                (
-                    "Ride, accelerations in m/s²; boundary: ISO 2631:1974 reduced comfort, 1 h (unverified values)",
-                    columns,
-                    rows,
-                )
-            )
+            rows = []
+            for p in self.comfort.points:
+                r = p.ride
+                figures = (r.rms, r.rms_below_1_hz, r.rms_weighted, r.rms_motion_sickness, p.sperling, p.mask_ratio)
+                rows.append((p.point, r.direction, *map(figure, figures)))
+            title = "Ride, accelerations in m/s²; boundary: ISO 2631:1974 reduced comfort, 1 h (unverified values)"
+            out.append((title, columns, rows))
         return out
 
 

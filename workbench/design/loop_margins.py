@@ -102,22 +102,19 @@ class LoopMargins(Result):
 
     def rows(self) -> list[Row]:
         single = [
-            (f"{m.channel.channel}, {m.model}",
-             f"{figure(m.channel.gain_down)} … {figure(m.channel.gain_up)}, "
-             f"{figure(float(np.degrees(m.channel.phase)))}°, {figure(1e3 * m.channel.delay)} ms", "")
+            (f"{name}, {m.model}", f"{down} … {up}, {phase}°, {delay} ms", "")
             for m in self.single
-        ]  # fmt: skip
+            for name, down, up, phase, delay in (m.channel.cells(),)
+        ]
         return single + [(f"disk margin, {m.what} together, {m.model}", m.disk.lower, "") for m in self.joint]
 
     def table(self) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
         """Heads and rows of text, one row a point or a group of them."""
         heads = ("point", "model", "gain down", "gain up", "phase [°]", "delay [ms]", "disk", "peak S")
         single = [
-            (m.channel.channel, m.model, figure(m.channel.gain_down), figure(m.channel.gain_up),
-             figure(float(np.degrees(m.channel.phase))), figure(1e3 * m.channel.delay), figure(m.disk.lower),
-             figure(m.peak_sensitivity.upper))
+            (m.channel.channel, m.model, *m.channel.cells()[1:], figure(m.disk.lower), figure(m.peak_sensitivity.upper))
             for m in self.single
-        ]  # fmt: skip
+        ]
         blank = ("",) * 4
         return heads, single + [
             (f"{m.what} together", m.model, *blank, figure(m.disk.lower), figure(m.peak_sensitivity.upper))

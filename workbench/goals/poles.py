@@ -31,9 +31,53 @@ FIRST_SLACK, LAST_SLACK = 1e-9, 1e-2  # of a region's level, between which a Lya
 VANISHED = 1e-30  # |z| of a pole so fast that log z says nothing
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Limited(Goal):
+    """Limits on poles, at least one of the three."""
+
+    keys = (Key("decay_per_s", "decay"), Key("damping"), Key("frequency_hz", "frequency", HERTZ))
+
+    decay: float | None = None
+    damping: float | None = None
+    frequency: float | None = None
+
+    def __post_init__(self) -> None:
+        Goal.__post_init__(self)
+        if self.decay is None and self.damping is None and self.frequency is None:
+            raise InputError(
+                f"{self.name} must set decay, damping or frequency; got none of them. Give at least one limit."
+            )
+        if self.decay is not None and not 0 <= self.decay < math.inf:
+            raise InputError(f"decay must be zero or more; got {self.decay!r} 1/s. A pole at −3 has the decay 3.")
+        if self.damping is not None and not 0 < self.damping <= 1:
+            raise InputError(
+                f"damping must lie between 0 and 1, above 0; got {self.damping!r}. For stability set decay=0."
+            )
+        if self.frequency is not None and not 0 < self.frequency < math.inf:
+            raise InputError(
+                f"frequency must be positive and finite; got {self.frequency!r} rad/s. Leave it out for no limit."
+            )
+
+    @property
+    def region(self) -> "Region":
+        """Where the poles may lie."""
+        return Region(self.decay, self.damping, self.frequency, self.focus)
+
+    def asked(self) -> Asked:
+        """The one limit in its own unit; several are normalised, since the largest of them counts."""
+        decay, damping, frequency = self.decay, self.damping, self.frequency
+        if sum(limit is not None for limit in (decay, damping, frequency)) > 1:
+            return Asked()
+        if decay is not None:
+            return Asked(">=", decay, "1/s", lambda v: decay - (v - 1) * (decay or 1.0))
+        if damping is not None:
+            return Asked(">=", damping, "1", lambda v: damping * (2 - v))
+        return Asked("<=", frequency or 1.0, "rad/s", lambda v: v * (frequency or 1.0))
+
+
 @register
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Poles(Goal):
+class Poles(_Limited):
     """Closed-loop poles decay fast enough, are damped well enough and are not too fast.
 
     Parameters
@@ -51,18 +95,6 @@ class Poles(Goal):
     """
 
     kind = "poles"
-    keys = (Key("decay_per_s", "decay"), Key("damping"), Key("frequency_hz", "frequency", HERTZ))
-
-    decay: float | None = None
-    damping: float | None = None
-    frequency: float | None = None
-
-    def __post_init__(self) -> None:
-        Goal.__post_init__(self)
-        _check_region(self)
-
-    def asked(self) -> Asked:
-        return _asked(self)
 
     def promise(self, verdict: Verdict) -> tuple[Promise, ...]:
         """Every limit that is set, where they are met."""
@@ -75,32 +107,20 @@ class Poles(Goal):
         channel = loop.channel((), (), self.openings)
         if channel.delayed:
             start = loop.structure.controller()
-            check_focus(region(self), channel.lined(start), channel.late(start))
-        return Bound(self, PoleMeasure(region(self), channel))
+            check_focus(self.region, channel.lined(start), channel.late(start))
+        return Bound(self, PoleMeasure(self.region, channel))
 
 
 @register
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ControllerPoles(Goal):
+class ControllerPoles(_Limited):
     """The same three limits on the poles of the controller; a controller without states meets them."""
 
     kind = "controller_poles"
-    keys = Poles.keys
-
-    decay: float | None = None
-    damping: float | None = None
-    frequency: float | None = None
-
-    def __post_init__(self) -> None:
-        Goal.__post_init__(self)
-        _check_region(self)
-
-    def asked(self) -> Asked:
-        return _asked(self)
 
     def bind(self, loop: Any) -> Bound:
         """The goal on the controller alone; the loop gives the sample time."""
-        return Bound(self, PoleMeasure(region(self), _Itself(loop.sample_time)))
+        return Bound(self, PoleMeasure(self.region, _Itself(loop.sample_time)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,40 +145,6 @@ class Region:
         if self.frequency is not None:
             found.append(("frequency", size / self.frequency, s / size / self.frequency))
         return found
-
-
-def region(goal: Poles | ControllerPoles) -> Region:
-    """The limits of a goal."""
-    return Region(goal.decay, goal.damping, goal.frequency, goal.focus)
-
-
-def _asked(goal: Poles | ControllerPoles) -> Asked:
-    """The one limit in its own unit; several are normalised, since the largest of them counts."""
-    if (goal.decay is not None) + (goal.damping is not None) + (goal.frequency is not None) > 1:
-        return Asked()
-    if goal.decay is not None:
-        decay = goal.decay
-        return Asked(">=", decay, "1/s", lambda v: decay - (v - 1) * (decay or 1.0))
-    if goal.damping is not None:
-        damping = goal.damping
-        return Asked(">=", damping, "1", lambda v: damping * (2 - v))
-    return Asked("<=", goal.frequency or 1.0, "rad/s", lambda v: v * (goal.frequency or 1.0))
-
-
-def _check_region(goal: Poles | ControllerPoles) -> None:
-    limits = {"decay": goal.decay, "damping": goal.damping, "frequency": goal.frequency}
-    if all(limit is None for limit in limits.values()):
-        raise InputError(
-            f"{goal.name} must set decay, damping or frequency; got none of them. Give at least one limit."
-        )
-    if goal.decay is not None and not 0 <= goal.decay < math.inf:
-        raise InputError(f"decay must be zero or more; got {goal.decay!r} 1/s. A pole at −3 has the decay 3.")
-    if goal.damping is not None and not 0 < goal.damping <= 1:
-        raise InputError(f"damping must lie between 0 and 1, above 0; got {goal.damping!r}. For stability set decay=0.")
-    if goal.frequency is not None and not 0 < goal.frequency < math.inf:
-        raise InputError(
-            f"frequency must be positive and finite; got {goal.frequency!r} rad/s. Leave it out for no limit."
-        )
 
 
 @dataclass(frozen=True, slots=True)

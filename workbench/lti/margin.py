@@ -20,7 +20,7 @@ from workbench.lti.algebraic import IllPosedError, closing
 from workbench.lti.crossing import ScalarResponse, sign_changes
 from workbench.lti.norm import Peak, peak_gain
 from workbench.lti.realisation import EPS, Realisation, balanced, checked, stable_poles
-from workbench.result import Result, Row
+from workbench.result import Result, Row, figure
 
 # Beyond this factor, and below its inverse, 1 − 1/T is rounding noise of T; reported as infinity and as zero.
 LARGEST_GAIN_FACTOR = 1e9
@@ -55,6 +55,12 @@ class ChannelMargin(Result):
             ("phase margin", self.phase, "rad"),
             ("delay margin", self.delay, "s"),
         ]
+
+    def cells(self) -> tuple[str, str, str, str, str]:
+        """A line of a table: channel, gain down and up, phase [°], delay [ms]."""
+        numbers = (self.gain_down, self.gain_up, float(np.degrees(self.phase)), 1e3 * self.delay)
+        down, up, phase, delay = map(figure, numbers)
+        return self.channel, down, up, phase, delay
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
