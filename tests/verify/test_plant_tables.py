@@ -344,3 +344,39 @@ def test_a_point_named_as_what_is_before_another_is_refused():
 
     with pytest.raises(TableError, match="also reads as a sum"):
         verify_document(signed(document, named))
+
+
+@pytest.mark.parametrize(
+    ("kind", "options", "sentence"),
+    [
+        ("state_space", {"order": 1, "sample_time_s": 0.1, "tustin_s": 0.1}, "sampled once"),
+        ("state_space", {"order": 1, "sample_time_s": -0.1}, "sample_time_s must be positive"),
+        ("gain", {"tustin_s": 0}, "tustin_s must be positive"),
+        ("gain", {"mask": [["a"]]}, "0 or 1"),
+    ],
+)
+def test_options_that_the_workbench_cannot_read_are_refused_by_the_checker(kind, options, sentence):
+    names = {"gain": ("K",), "state_space": ("A_1_1", "B_1_1", "C_1_1")}[kind]
+    block = {"kind": kind, "inputs": ["p"], "outputs": ["u"], "options": options,
+             "parameters": {n: {"name": n, "value": "0.5"} for n in names}}  # fmt: skip
+    document = plant_table(design_of("blocks")).to_dict()
+    with pytest.raises(TableError, match=sentence):
+        verify_document(signed(document, put(("structure", "blocks", 0), block)))
+    with pytest.raises(ValueError, match="once|positive|0 or 1"):
+        PlantTable.model_validate(signed(document, put(("structure", "blocks", 0), block)))
+
+
+def test_a_parameter_with_bounds_of_its_own_stands_in_a_table_and_an_action_left_out_does_not():
+    from workbench.control.structure.block import Parameter
+    from workbench.control.structure.blocks import notch
+    from workbench.design.problem import Problem
+    from workbench.design.record import given
+    from workbench.lti.make import tf
+
+    broad = notch("r - y", "u", omega=5.0, zeta_zero=0.1, zeta_pole=Parameter("zeta_pole", 20.0, 0.0, 50.0))
+    problem = Problem(models=tf([1.0], [1.0, 1.0], input="u", output="y"), structure=broad, goals=[], name="x")
+    assert plant_table(given(problem, {})).values()["zeta_pole"] == 20.0
+    document = plant_table(design_of("pd")).to_dict()
+    changed = put(("structure", "blocks", 0, "parameters", "Ki", "value"), "0.5")
+    with pytest.raises(ValueError, match="Ki is not among the parts"):
+        PlantTable.model_validate(signed(document, changed))

@@ -74,24 +74,22 @@ def make_block(
         ny, nu = entry.signals or (f"1 to {LARGEST}",) * 2
         raise InputError(f"a {kind} must have {ny} inputs and {nu} outputs; got {len(inputs)} and {len(outputs)}.")
     named = parameters if isinstance(parameters, Mapping) else {}
-    starts = {slot: p.value if isinstance(p, Parameter) else _number(p, slot) for slot, p in named.items()}
+    starts = {slot: p if isinstance(p, Parameter) else _number(p, slot) for slot, p in named.items()}
     block = entry.make(inputs, outputs, options, starts, name)
     for slot in named:
         if slot not in block.slots:
             raise unknown_name(f"parameter of {kind}", slot, block.slots)
     placed = parameters if not isinstance(parameters, Mapping) else [
-        _placed(slot, old, named.get(slot)) for slot, old in zip(block.slots, block.parameters, strict=True)
+        _placed(old, named.get(slot)) for slot, old in zip(block.slots, block.parameters, strict=True)
     ]  # fmt: skip
     block = block.with_parameters(placed)
     step = options.get("tustin_s")
     return block if step is None else block.sampled(_positive(step, "tustin_s"))
 
 
-def _placed(slot: str, old: Parameter, given: Parameter | float | None) -> Parameter:
+def _placed(old: Parameter, given: Parameter | float | None) -> Parameter:
     if isinstance(given, Parameter):
         return given
-    if given is not None and not old.free and given != old.value:
-        raise InputError(f"{slot} is not among the parts of the block that are tuned; got {given:g}. Leave it out.")
     return old if given is None else replace(old, value=given)
 
 
@@ -102,7 +100,12 @@ def _scalar(maker: Callable[..., Block], *options: str, reads: int = 1) -> Block
     def make(inputs, outputs, given, starts, name) -> Block:
         known = {slot: start for slot, start in starts.items() if slot in slots}
         texts = {option: given[option] for option in options if option in given}
-        return maker(*inputs, *outputs, **known, **texts, name=name)
+        block = maker(*inputs, *outputs, **known, **texts, name=name)
+        for slot, made in zip(block.slots, block.parameters, strict=True):
+            value = _value(known.get(slot, made))
+            if value != made.value:
+                raise InputError(f"{slot} is not among the parts that the block has; got {value:g}. Leave it out.")
+        return block
 
     return BlockKind(make, options, (reads, 1))
 
@@ -156,7 +159,11 @@ def _modal_law(inputs, outputs, options, starts, name) -> Block:
             f"a modal_law must read {law.sensors[0]} … {law.sensors[-1]} and give {law.commands[0]} … "
             f"{law.commands[-1]}; got {len(inputs)} inputs and {len(outputs)} outputs of other names."
         )
-    return space.modal_law(law, Gains(**{gain: starts.get(gain, 1.0) for gain in GAIN_NAMES}))
+    return space.modal_law(law, Gains(**{gain: _value(starts.get(gain, 1.0)) for gain in GAIN_NAMES}))
+
+
+def _value(start: Parameter | float) -> float:
+    return start.value if isinstance(start, Parameter) else start
 
 
 def _number(value, slot: str) -> float:

@@ -41,7 +41,12 @@ def matrices_of(block: Block) -> Matrices:
     Raises TableError for options or parameters that are not those of the kind, NotProved for a kind without a twin.
     """
     options = dict(block.options)
-    step = options.pop("tustin_s", None)
+    step, own = options.pop("tustin_s", None), options.get("sample_time_s")
+    for key, value in (("tustin_s", step), ("sample_time_s", own)):
+        if value is not None and as_printed(value, key) <= 0:
+            raise TableError(f"{key} must be positive [s]; it is not. Mend it.")
+    if step is not None and own is not None:
+        raise TableError("a block can be sampled once; the table has tustin_s and sample_time_s. Take one out.")
     k = block.parameters
     if block.kind in TERMS:
         slots, allowed, reads, terms = TERMS[block.kind]
@@ -138,7 +143,10 @@ def _allowed(block: Block, options: dict[str, Any]) -> list[list[bool]]:
     if options.get("mask") is None:
         return [[True] * ny for _ in range(nu)]
     rows = entries_of(options["mask"], "mask", nu, nu)
-    return [[bool(x) for x in entries_of(row, "mask", ny, ny)] for row in rows]
+    entries = [entries_of(row, "mask", ny, ny) for row in rows]
+    if any(x not in (0, 1) for row in entries for x in row):
+        raise TableError("the entries of a mask must be 0 or 1; the table has others. Mend it.")
+    return [[bool(x) for x in row] for row in entries]
 
 
 def _pid_matrix(block: Block, options: dict[str, Any]) -> Matrices:
@@ -263,8 +271,6 @@ def _tustin(continuous: Matrices, h: fmpq) -> Matrices:
     A, B, C, D = continuous
     if A.nrows() == 0:
         return continuous
-    if h <= 0:
-        raise TableError("tustin_s must be positive [s]; it is not. Mend it.")
     eye = identity(A.nrows())
     try:
         inside = (eye - A * (h / 2)).inv()
