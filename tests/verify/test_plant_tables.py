@@ -362,7 +362,7 @@ def test_options_that_the_workbench_cannot_read_are_refused_by_the_checker(kind,
     document = plant_table(design_of("blocks")).to_dict()
     with pytest.raises(TableError, match=sentence):
         verify_document(signed(document, put(("structure", "blocks", 0), block)))
-    with pytest.raises(ValueError, match="once|positive|0 or 1"):
+    with pytest.raises(ValueError, match=r"once|positive|0 or 1"):
         PlantTable.model_validate(signed(document, put(("structure", "blocks", 0), block)))
 
 
