@@ -7,8 +7,6 @@ With time constants of zero the rate becomes a pure derivative and the integrate
 Source: report, Appendix C.1 and Table C-1 (dots restored: acceleration, not position, is what H_acc filters).
 """
 
-import casadi as ca
-
 from workbench.lti.polynomial import multiply
 
 
@@ -50,11 +48,3 @@ def acceleration_response(K_ddot, K_dot, tau, omega):
     x = omega * tau
     share = K_dot * tau / (1 + x * x)
     return K_ddot + share, -share * x
-
-
-def polynomial_value(coefficients, s):
-    """A scalar polynomial at s (Horner); numbers or symbols."""
-    value = ca.DM(0)
-    for c in reversed(coefficients):
-        value = value * s + c
-    return value

@@ -99,11 +99,6 @@ def keeping(deadline: Deadline) -> Iterator[None]:
         _current.reset(token)
 
 
-def keep_for_ever(deadline: Deadline) -> None:
-    """The same for the rest of a process, such as a worker's."""
-    _current.set(deadline)
-
-
 def current() -> Deadline:
     """The deadline that is kept here; `NEVER` without one."""
     return _current.get()
