@@ -10,9 +10,10 @@ from workbench.control.structure.block import Parameter
 from workbench.control.structure.blocks import gain, pid
 from workbench.control.structure.loop import Loop
 from workbench.control.structure.structure import Structure
+from workbench.design.tuner.constrained import Descent
 from workbench.design.tuner.robust import tune_robust
 from workbench.design.tuner.stabilise import Abscissa, stabilise
-from workbench.design.tuner.tune import tune
+from workbench.design.tuner.tune import _Judged, tune
 from workbench.errors import InfeasibleError, InputError
 from workbench.goals.gain import Gain
 from workbench.goals.loop_shape import Sensitivity
@@ -112,6 +113,15 @@ def test_a_hard_goal_with_a_least_value_is_refused_in_its_own_unit():
     said = r"'speed' must be at least 300 1/s; the best value reached is 99 1/s"  # k = −100: the pole 1 − 100
     with pytest.raises(InfeasibleError, match=said):
         tune(lag(), proportional(), goals, starts=2, budget_seconds=5)
+
+
+def test_an_end_that_no_bracket_decides_comes_before_one_that_misses_and_after_one_that_holds():
+    # a slow pole by the axis left the bracket of a peak of 1.07 open; the bad start was taken for the best end instead
+    descent = Descent(np.zeros(1), 1.0, 0.5, None)
+    holds = _Judged(descent, [], missed=0.0, excess=0.0, soft=9.0)
+    undecided = _Judged(descent, [], missed=0.0, excess=np.inf, soft=2.0)
+    misses = _Judged(descent, [], missed=3.0, excess=3.0, soft=1.0)
+    assert holds.rank < undecided.rank < misses.rank
 
 
 def test_a_loop_that_cannot_be_stabilised_is_refused_with_the_eigenvalue_that_remains():

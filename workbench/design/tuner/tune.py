@@ -196,7 +196,8 @@ class _Judged:
 
     descent: Descent
     exact: list[Value]
-    excess: float  # of the largest hard value over 1, its bracket's upper end; 0 where all are met
+    missed: float  # of the largest hard value over 1; 0 where all are met as far as can be told
+    excess: float  # the same of the upper ends of their brackets, which decide
     soft: float
     improves: bool = True  # on what was there before
 
@@ -204,14 +205,15 @@ class _Judged:
     def of(cls, programme: GoalPieces, descent: Descent) -> "_Judged":
         exact = programme.exact_values(descent.theta)
         pairs = list(zip(programme.tasks, exact, strict=True))
-        hard = max((value.upper for task, value in pairs if task.goal.hard), default=-math.inf)
+        hard = [(value.value, value.upper) for task, value in pairs if task.goal.hard]
+        missed, excess = (max(max((pair[k] for pair in hard), default=0.0) - 1, 0.0) for k in (0, 1))
         soft = max((value.value for task, value in pairs if not task.goal.hard), default=-math.inf)
-        return cls(descent, exact, max(hard - 1, 0.0), soft)
+        return cls(descent, exact, missed, excess, soft)
 
     @property
-    def rank(self) -> tuple[float, float]:
-        """Smaller is better: what hard goals miss, then the soft value."""
-        return self.excess, self.soft
+    def rank(self) -> tuple[float, float, float]:
+        """Smaller is better: what hard goals miss, then what no bracket decides, then the soft value."""
+        return self.missed, self.excess, self.soft
 
 
 def _records(ends: list[_End]) -> list[Descent]:
@@ -309,7 +311,11 @@ def refuse_unmet(result: Tuning, goals: Sequence[Goal]) -> None:
     def shown(value: float) -> str:
         return f"{asked.value(value):.5g} {asked.unit}".removesuffix(" 1") if math.isfinite(value) else "none"
 
-    proved = f", proved to be {bound} {shown(worst.upper)}" if worst.upper > 1.0001 * worst.value else ""
+    proved = ""
+    if math.isinf(worst.upper) and math.isfinite(worst.value):
+        proved = ", but no bracket of it could be found"
+    elif worst.upper > 1.0001 * worst.value:
+        proved = f", proved to be {bound} {shown(worst.upper)}"
     others = ", ".join(repr(goal.name) for goal in unmet if goal is not worst)
     reason = f" ({worst.reason.rstrip('.')})" if worst.reason else ""
     limit = f"{asked.limit:.6g} {asked.unit}".removesuffix(" 1")
