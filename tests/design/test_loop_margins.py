@@ -121,3 +121,16 @@ def test_an_unstable_loop_has_no_margins():
     model, structure = oven(2.0)
     with pytest.raises(InputError, match="margins are of a stable loop; that of 'oven' is unstable"):
         loop_margins((Loop(model, structure),), structure.controller())
+
+
+def test_the_table_gives_dead_time_in_seconds_so_that_slow_plants_keep_plain_numbers():
+    import workbench as wb
+
+    plant = wb.tf([1.0], [100.0, 1.0], input="u", output="y", name="tank")
+    problem = wb.Problem(
+        models=plant, structure=wb.gain("r - y", "u", 2.0), goals=[wb.goals.Sensitivity(points="u", limit=2.0)]
+    )
+    found = wb.margins(problem)
+    heads, rows = found.table()
+    # L = 2/(100 s + 1): |L| = 1 at √3/100 rad/s, where the phase is −60°, 120° before −180°
+    assert float(rows[0][heads.index("delay [s]")]) == pytest.approx(np.radians(120) / np.sqrt(3) * 100, rel=1e-3)

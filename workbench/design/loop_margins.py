@@ -110,9 +110,16 @@ class LoopMargins(Result):
 
     def table(self) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
         """Heads and rows of text, one row a point or a group of them."""
-        heads = ("point", "model", "gain down", "gain up", "phase [°]", "delay [ms]", "disk", "peak S")
+        heads = ("point", "model", "gain down", "gain up", "phase [°]", "delay [s]", "disk", "peak S")
         single = [
-            (m.channel.channel, m.model, *m.channel.cells()[1:], figure(m.disk.lower), figure(m.peak_sensitivity.upper))
+            (
+                m.channel.channel,
+                m.model,
+                *m.channel.cells()[1:-1],
+                figure(m.channel.delay),
+                figure(m.disk.lower),
+                figure(m.peak_sensitivity.upper),
+            )
             for m in self.single
         ]
         blank = ("",) * 4
