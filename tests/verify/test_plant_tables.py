@@ -380,3 +380,12 @@ def test_a_parameter_with_bounds_of_its_own_stands_in_a_table_and_an_action_left
     changed = put(("structure", "blocks", 0, "parameters", "Ki", "value"), "0.5")
     with pytest.raises(ValueError, match="Ki is not among the parts"):
         PlantTable.model_validate(signed(document, changed))
+
+
+def test_a_promise_that_fails_on_one_model_says_nothing_of_the_worst_of_those_after_it():
+    document = plant_table(design_of("motor")).to_dict()
+    promise = {"kind": "peak sensitivity", "sense": "<=", "limit": 1.0001, "subject": {"points": ["voltage"]}}
+    finding = verify_document(signed(document, lambda d: d["promises"].append(promise))).findings[-1]
+    assert finding.verdict == "fails"
+    assert finding.proved[0] > 1.0001
+    assert finding.proved[1] == np.inf

@@ -77,15 +77,14 @@ def _found(table: Table, loops: dict[str, Loop | str], promise: Promise) -> Find
     """One promise on every model it speaks of."""
     begun = perf_counter()
     answers: list[Answer] = []
+    spoken = [m for m in table.models if not promise.subject.models or m.name in promise.subject.models]
     reason, decided = "", True
     try:
         check()
         prove = proofs().get(promise.kind)
         if prove is None:
             raise NotProved(f"the checker has no proof of the kind {promise.kind[:60]!r}")
-        for model in table.models:
-            if promise.subject.models and model.name not in promise.subject.models:
-                continue
+        for model in spoken:
             if model.name not in loops:
                 loops[model.name] = _loop(table, model)
             loop = loops[model.name]
@@ -106,7 +105,7 @@ def _found(table: Table, loops: dict[str, Loop | str], promise: Promise) -> Find
     failed = bool(answers) and not answers[-1].kept
     return Finding(
         name=promise.name, sense=promise.sense, limit=float(promise.limit), claimed=None,
-        proved=_enclosure(promise, answers, failed=failed) if not reason or failed else None,
+        proved=_enclosure(promise, answers, whole=len(answers) == len(spoken)) if not reason or failed else None,
         method="; ".join(dict.fromkeys(a.method for a in answers)), box={}, holds=not reason, reason=reason,
         seconds=perf_counter() - begun, decided=decided,
     )  # fmt: skip
@@ -120,20 +119,19 @@ def _loop(table: Table, model) -> Loop | str:
         return str(error)
 
 
-def _enclosure(promise: Promise, answers: list[Answer], *, failed: bool) -> tuple[float, float] | None:
-    """What holds the worst value of all models, ends that nobody looked for infinite."""
-    told = [answers[-1]] if failed else answers
-    lows, highs = [a.low for a in told], [a.high for a in told]
+def _enclosure(promise: Promise, answers: list[Answer], *, whole: bool) -> tuple[float, float] | None:
+    """What holds the worst value of all models, ends that nobody looked for infinite; whole: no model left out."""
+    lows, highs = [a.low for a in answers], [a.high for a in answers]
     pick = max if promise.sense == "<=" else min
     low = pick((x for x in lows if x is not None), default=None)
     high = pick((x for x in highs if x is not None), default=None)
-    if promise.sense == "<=" and None in highs:
+    if promise.sense == "<=" and (None in highs or not whole):
         high = None
-    if promise.sense == ">=" and None in lows:
+    if promise.sense == ">=" and (None in lows or not whole):
         low = None
     below = -math.inf if low is None else outward(low, low)[0]
     above = math.inf if high is None else outward(high, high)[1]
-    return (below, above) if failed or low is not None or high is not None else None
+    return (below, above) if not answers[-1].kept or low is not None or high is not None else None
 
 
 def _requirements(table: Table, faults: list[str]) -> list[str]:
