@@ -192,7 +192,7 @@ def test_a_design_that_cannot_be_leaves_with_1_names_what_binds_and_writes_nothi
         (("design", "heave", "--starts", "100000000"), "the number of starts must be at most 10000; got 100000000"),
         (("design", "heave", "--starts", "many"), "Invalid value for '--starts'"),
         (("design", "heave", "--seed", "-1"), "Invalid value for '--seed'"),
-        (("design", "heave", "--solver", "slsq"), "unknown solver 'slsq'; did you mean 'slsqp'?"),
+        (("design", "heave", "--solver", "slsq"), "unknown method 'slsq'; did you mean 'slsqp'?"),
         (("design", "heave", "--fix", "tau_h"), "--fix takes name=number pairs"),
         (("design", "heave", "--fix", "tau_h=fast"), "--fix takes name=number pairs"),
         (("design", "heave", "--fix", "=1"), "unknown gain ''"),
