@@ -1,0 +1,178 @@
+"""Margins wherever a loop may be broken: currents, their patterns, sensors, kinds of sensors, modal signals.
+
+    Setting, Gains --each group closed--> S at the commands, at the sensors, at the modal signals --> BreakPoint each
+
+A kind of sensors shares one factor: four signals, of which the law sees two or three motions, so that the loci are those
+of the motions. Groups of motion share no state; what is common to both is limited by the worse.
+Source: DEFINITIONS, Margins at break points.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import block_diag
+
+from workbench.analysis.setting import Setting
+from workbench.control import Gains
+from workbench.control.law import CHANNELS, MODAL, SENSORS
+from workbench.control.loop import Subject, subject
+from workbench.control.loop.closed import interconnect
+from workbench.lti import Plant
+from workbench.lti.break_point import BreakPoint, break_point
+from workbench.lti.realisation import Realisation
+
+KINDS: Mapping[str, tuple[str, ...]] = {
+    "gap": ("gap",), "gap_lateral": ("gap_lateral",), "acceleration_z": ("acceleration_z",),
+    "acceleration_y": ("acceleration_y",), "vertical": ("gap", "acceleration_z"),
+    "lateral": ("gap_lateral", "acceleration_y"),
+}  # fmt: skip
+PATTERNS = {"heave_pitch": ("heave", "pitch"), "sway_roll_yaw": ("sway_roll", "yaw"), "heave": ("heave",)}
+SILENT = 1e-12  # of the largest: a sensor whose signal the law does not use has no loop through it
+
+
+@dataclass(frozen=True, slots=True)
+class _Closed:
+    """One group of motion and its closed loop."""
+
+    subject: Subject
+    loop: Plant
+
+    def sensitivity(self, names: Sequence[str]) -> Realisation:
+        """S at sensors: from what is added to each to what the law reads."""
+        seen = self.loop.select(inputs=[f"error_{name}" for name in names], outputs=names)
+        return Realisation(seen.A, seen.B, seen.C, seen.D + np.eye(len(names)))
+
+
+def break_points(setting: Setting, gains: Gains) -> tuple[BreakPoint, ...]:
+    """Margins at every break point of a stable vehicle, one at a time.
+
+    Points: `current:<command>`, `pattern:<motion>`, `currents:uniform`, `sensor:<name>`, `kind:<kind>`,
+    `modal:<signal>`; those that the law does not use, or whose motion is not looked at, are absent.
+
+    Raises
+    ------
+    InputError
+        If the loop is not stable, or a rate is not filtered.
+    """
+    groups = [_Closed(s, s.close(gains)) for s in setting.subjects]
+    commands = at_commands(setting, gains)
+    found = [
+        break_point(*channel(commands, k), point=f"current:{name.removeprefix('command_')}")
+        for k, name in enumerate(setting.law.commands)
+        if _used(commands, k)
+    ]
+    for group in groups:
+        S = group.subject.sensitivity(group.loop)
+        for k, name in enumerate(PATTERNS.get(group.subject.name, group.subject.commands)[: len(S[3])]):
+            found.append(break_point(*channel(S, k), point=f"pattern:{name}"))
+    found.append(_worst("currents:uniform", [group.subject.sensitivity(group.loop) for group in groups]))
+    sensors = _at_sensors(groups, setting.law.sensors)
+    found += [
+        break_point(*channel(sensors, k), point=f"sensor:{name}")
+        for k, name in enumerate(setting.law.sensors)
+        if _used(sensors, k)
+    ]
+    for name, kinds in KINDS.items():
+        parts = [part for part in (_along_motions(group, kinds) for group in groups) if part is not None]
+        if parts:
+            found.append(_worst(f"kind:{name}", parts))
+    modal, names = at_modal_signals(setting, gains)
+    found += [break_point(*channel(modal, k), point=f"modal:{name}") for k, name in enumerate(names)]
+    return tuple(found)
+
+
+def channel(S: Sequence[np.ndarray], k: int) -> Realisation:
+    """One diagonal entry of a sensitivity."""
+    A, B, C, D = S
+    return Realisation(A, B[:, [k]], C[[k]], D[k : k + 1, k : k + 1])
+
+
+def _used(S: Sequence[np.ndarray], k: int) -> bool:
+    """Whether a loop goes through a signal: T is not zero there."""
+    _, B, C, _ = S
+    return bool(np.abs(B[:, k]).max(initial=0.0) > SILENT * np.abs(B).max(initial=0.0) and np.abs(C[k]).any())
+
+
+def _worst(point: str, parts: Sequence[Sequence[np.ndarray]]) -> BreakPoint:
+    """A factor that several groups without common states share: each margin is that of the worst group."""
+    found = [break_point(*part, point=point) for part in parts]
+    return BreakPoint(
+        point=point, gain_up=min(b.gain_up for b in found), gain_down=max(b.gain_down for b in found),
+        phase=min(b.phase for b in found), delay=min(b.delay for b in found), disk=min(b.disk for b in found),
+    )  # fmt: skip
+
+
+def _at_sensors(groups: Sequence[_Closed], names: Sequence[str]) -> Realisation:
+    """S at all sensors of the vehicle, put together from the groups."""
+    parts = [group.sensitivity(names) for group in groups]
+    D = np.eye(len(names)) + sum((part.D - np.eye(len(names)) for part in parts), np.zeros((len(names),) * 2))
+    return Realisation(
+        block_diag(*(p.A for p in parts)), np.vstack([p.B for p in parts]), np.hstack([p.C for p in parts]), D
+    )
+
+
+def _along_motions(group: _Closed, kinds: Sequence[str]) -> Realisation | None:
+    """S at the sensors of some kinds in the motions that the law resolves from them; None where it uses none."""
+    law = group.subject.law
+    names = [f"{kind}_{i + 1}" for kind in kinds for i in range(law.count)]
+    columns = [law.sensors.index(name) for name in names]
+    read = law.measurement_matrix()[group.subject.modal_rows][:, columns]
+    read = read[np.abs(read).max(axis=1) > SILENT]
+    if not len(read):
+        return None
+    S = group.sensitivity(names)
+    onto = np.linalg.pinv(read)
+    T = Realisation(S.A, S.B @ onto, read @ S.C, read @ (S.D - np.eye(len(names))) @ onto)
+    if not (np.abs(T.B).any() and np.abs(T.C).any()):
+        return None
+    return Realisation(T.A, T.B, T.C, T.D + np.eye(len(read)))
+
+
+def at_commands(setting: Setting, gains: Gains) -> Realisation:
+    """The sensitivity at all current commands, put together from the groups."""
+    parts = [(s, s.sensitivity(s.close(gains))) for s in _with_unused(setting)]
+    rest = np.eye(len(setting.law.commands)) - sum(s.patterns @ s.patterns.T for s, _ in parts)  # nobody commands these
+    return Realisation(
+        block_diag(*(p[0] for _, p in parts)),
+        np.vstack([p[1] @ s.patterns.T for s, p in parts]),
+        np.hstack([s.patterns @ p[2] for s, p in parts]),
+        sum((s.patterns @ p[3] @ s.patterns.T for s, p in parts), rest),
+    )
+
+
+def _with_unused(setting: Setting) -> tuple[Subject, ...]:
+    """The groups with every coil pattern: an error of one current reaches the others through all of them."""
+    if not setting.law.split:
+        return setting.subjects
+    return tuple(subject(setting.plant, setting.law, s.name, unused=s.name != "heave") for s in setting.subjects)
+
+
+def at_modal_signals(setting: Setting, gains: Gains) -> tuple[Realisation, list[str]]:
+    """The sensitivity at the scaled modal signals K_i q_i of the groups looked at, and their names."""
+    law = setting.law
+    resolve, spread = law.modal_matrix(gains), law.modal_spread()
+    systems, names = [], []
+    for s in setting.subjects:
+        own = [k for k, name in enumerate(MODAL) if CHANNELS.index(name) in s.channels]
+        labels = [MODAL[k] for k in own]
+        plant = s.plant
+        u = plant.index("inputs", s.commands)
+        others = [i for i in range(len(plant.inputs)) if i not in set(u)]
+        into = s.patterns.T @ spread[:, own]
+        through = Plant(
+            A=plant.A, B=np.hstack([plant.B[:, u] @ into, plant.B[:, others]]), C=plant.C,
+            D=np.hstack([plant.D[:, u] @ into, plant.D[:, others]]),
+            states=plant.states, inputs=(*labels, *(plant.inputs[i] for i in others)), outputs=plant.outputs,
+        )  # fmt: skip
+        controller = s.controller(gains, resolve[own])
+        closed = interconnect(
+            through, controller, labels, law.sensors, [f"filter {k}" for k in range(len(controller[0]))]
+        )
+        seen = closed.select(inputs=[f"error_{n}" for n in labels], outputs=labels)
+        systems.append((seen.A, seen.B, seen.C, seen.D))
+        names += labels
+    return Realisation(*(block_diag(*(system[k] for system in systems)) for k in range(4))), names
+
+
+__all__ = ["KINDS", "SENSORS", "BreakPoint", "at_commands", "at_modal_signals", "break_points"]

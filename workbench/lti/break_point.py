@@ -1,0 +1,211 @@
+"""What a loop bears at one point: a factor, a rotation, a dead time on one signal, or on several signals alike.
+
+    S at the point (m, m) --m = 1--> exact crossings of T = 1 − S, certified peak of S − ½
+                          --m > 1--> characteristic loci of T over frequency, followed and refined
+
+All m signals get one common complex factor. A factor f puts a pole on the axis at jω exactly if
+det(I + (f − 1) T(jω)) = 0, so that f = 1 − 1/λ of an eigenvalue λ of T(jω): real for a gain, of size one for a rotation
+or a dead time. The disk margin is α = 1/sup ρ(S − ½I), balanced (σ = 0).
+Source: DEFINITIONS, Margins at break points.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import permutations
+
+import numpy as np
+from scipy.optimize import brentq, minimize_scalar
+
+from workbench.errors import InputError
+from workbench.lti.margin import UNSTABLE, channel_margin
+from workbench.lti.norm import peak_gain
+from workbench.lti.realisation import checked, stable_poles
+from workbench.result import Result, Row
+
+PER_DECADE = 40  # points of the grid on which loci are followed, between the resonances
+BESIDE = np.array([-8.0, -4.0, -2.0, -1.0, -0.5, 0.0, 0.5, 1.0, 2.0, 4.0, 8.0])  # points at a resonance, in widths |Re p|
+DECADES = 3  # beyond the slowest and the fastest pole, where loci are straight
+LARGEST = 6  # signals that share a factor; loci are matched by trying every order
+NOISE = 1e-10  # of a locus: what turns by less is rounding
+LARGEST_FACTOR = 1e6  # beyond it, and below its inverse, no gain margin limits anybody: reported as none
+NEAR_BEST = 0.9  # of the largest value on the grid: maxima below it cannot overtake it between two points
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class BreakPoint(Result):
+    """Margins at one break point, all other loops closed.
+
+    gain_up, gain_down : smallest factor above 1 and largest below 1 that destabilises; infinite and 0 where none does
+    phase : smallest rotation [rad];  delay : smallest dead time [s];  disk : balanced disk margin α [1]
+    """
+
+    point: str
+    gain_up: float
+    gain_down: float
+    phase: float
+    delay: float
+    disk: float
+
+    def to_dict(self) -> dict[str, float | str | None]:
+        """In the units of the command line's JSON; None where nothing limits."""
+
+        def finite(value: float) -> float | None:
+            return value if math.isfinite(value) else None
+
+        return {
+            "point": self.point, "gain_up": finite(self.gain_up), "gain_down": self.gain_down,
+            "phase_deg": finite(math.degrees(self.phase)), "delay_ms": finite(1e3 * self.delay), "disk": self.disk,
+        }  # fmt: skip
+
+    def rows(self) -> list[Row]:
+        return [
+            ("point", self.point, ""),
+            ("gain up", self.gain_up, ""),
+            ("gain down", self.gain_down, ""),
+            ("phase", math.degrees(self.phase), "°"),
+            ("delay", 1e3 * self.delay, "ms"),
+            ("disk margin", self.disk, ""),
+        ]
+
+
+def break_point(A, B, C, D, *, point: str) -> BreakPoint:
+    """Margins of a stable loop at a point, given by the sensitivity there.
+
+    Parameters
+    ----------
+    A, B, C, D : (n, n), (n, m), (m, n), (m, m)
+        Realisation of S from what is added to the point's m signals to these signals.
+    point : name
+
+    Raises
+    ------
+    InputError
+        If the loop is not stable, S is not square, or more than `LARGEST` signals share the factor.
+    """
+    A, B, C, D = checked(A, B, C, D)
+    m = len(D)
+    if D.shape != (m, m) or not 1 <= m <= LARGEST:
+        raise InputError(f"a break point must have 1 … {LARGEST} signals; {point!r} got D of shape {D.shape}.")
+    if m == 1:
+        one = channel_margin(A, B, C, D, channel=0, name=point)
+        disk = 1 / peak_gain(A, B, C, D - 0.5).upper
+        return BreakPoint(
+            point=point, gain_up=one.gain_up if one.gain_up <= LARGEST_FACTOR else math.inf,
+            gain_down=one.gain_down if one.gain_down >= 1 / LARGEST_FACTOR else 0.0,
+            phase=one.phase, delay=one.delay, disk=disk,
+        )  # fmt: skip
+    poles = stable_poles(A, "the closed loop", UNSTABLE)
+    loci = _Loci(A, B, -C, np.eye(m) - D, _grid(poles))
+    factors = [(1 - 1 / value.real) for value in loci.crossings() if value.real != 0]
+    lags = loci.lags()
+    far = np.linalg.eigvals(np.eye(m) - D)
+    at_once = bool((np.abs(far) >= np.abs(1 - far)).any())  # |L(∞)| ≥ 1: any dead time turns it
+    return BreakPoint(
+        point=point,
+        gain_up=min((k for k in factors if 1 < k <= LARGEST_FACTOR), default=math.inf),
+        gain_down=max((k for k in factors if 1 / LARGEST_FACTOR <= k < 1), default=0.0),
+        phase=min((min(lag, 2 * math.pi - lag) for lag, _ in lags), default=math.inf),
+        delay=0.0 if at_once else min((lag / w for lag, w in lags if w > 0), default=math.inf),
+        disk=1 / loci.largest(lambda z: np.abs(0.5 - z)),
+    )  # fmt: skip
+
+
+def _grid(poles: np.ndarray) -> np.ndarray:
+    """Frequencies [rad/s], ascending, without 0: logarithmic, and denser at every resonance."""
+    sizes = np.abs(poles)
+    sizes = sizes[sizes > 0]
+    low, high = sizes.min() / 10**DECADES, sizes.max() * 10**DECADES
+    even = np.geomspace(low, high, int(PER_DECADE * math.log10(high / low)))
+    waves = poles[poles.imag > 0]
+    close = (waves.imag[:, None] + BESIDE * -waves.real[:, None]).ravel()
+    return np.unique(np.r_[even, close[(close > low) & (close < high)]])
+
+
+class _Loci:
+    """The eigenvalues of T(jω), each followed along a grid."""
+
+    def __init__(self, A, B, C, D, omega: np.ndarray) -> None:
+        values, vectors = np.linalg.eig(A)
+        self._poles, self._in, self._out, self._D = values, np.linalg.solve(vectors, B), C @ vectors, D
+        if np.linalg.cond(vectors) > 1e10:  # near a defective pole: solve at every frequency instead
+            self._poles, self._A, self._B, self._C = np.zeros(0), A, B, C
+        self.omega = omega
+        self.values = self._followed(self.of(omega))
+
+    def response(self, omega: np.ndarray) -> np.ndarray:
+        """(k, m, m) T(jω)."""
+        if len(self._poles):
+            return (self._out / (1j * omega[:, None, None] - self._poles)) @ self._in + self._D
+        resolvent = 1j * omega[:, None, None] * np.eye(len(self._A)) - self._A
+        return self._C @ np.linalg.solve(resolvent, np.broadcast_to(self._B, (len(omega), *self._B.shape))) + self._D
+
+    def of(self, omega: np.ndarray) -> np.ndarray:
+        """(k, m) eigenvalues of T(jω), in no order."""
+        return np.linalg.eigvals(self.response(omega))
+
+    def _followed(self, values: np.ndarray) -> np.ndarray:
+        """The same, each column one locus: of all orders the one that moves least from a frequency to the next."""
+        orders = np.array(list(permutations(range(values.shape[1]))))
+        out = values.copy()
+        for k in range(1, len(values)):
+            guess = out[k - 1] if k == 1 else out[k - 1] + (out[k - 1] - out[k - 2]) * self._ratio(k)
+            distance = np.abs(values[k][orders] - guess).sum(axis=1)
+            out[k] = values[k][orders[int(distance.argmin())]]
+        return out
+
+    def _ratio(self, k: int) -> float:
+        return min((self.omega[k] - self.omega[k - 1]) / (self.omega[k - 1] - self.omega[k - 2]), 2.0)
+
+    def _at(self, omega: float, k: int, locus: int) -> complex:
+        """The locus between grid points k and k + 1: the eigenvalue nearest to the straight line."""
+        part = (omega - self.omega[k]) / (self.omega[k + 1] - self.omega[k])
+        guess = self.values[k, locus] + part * (self.values[k + 1, locus] - self.values[k, locus])
+        found = self.of(np.array([omega]))[0]
+        return complex(found[int(np.abs(found - guess).argmin())])
+
+    def _roots(self, measure: Callable) -> list[tuple[float, complex]]:
+        """(ω, λ) where a real measure of a locus changes sign."""
+        sizes, moduli = measure(self.values), np.abs(self.values)
+        turns = sizes[:-1] * sizes[1:] < 0
+        turns &= np.maximum(*(np.abs(s) for s in (sizes[:-1], sizes[1:]))) > NOISE * moduli[:-1]
+        turns &= np.maximum(moduli[:-1], moduli[1:]) > 1 / LARGEST_FACTOR
+        found = []
+        for k, locus in np.argwhere(turns):
+            low, high = self.omega[k], self.omega[k + 1]
+
+            def along(w: float, k=int(k), locus=int(locus)) -> float:
+                return float(measure(self._at(w, k, locus)))
+
+            if along(low) * along(high) < 0:
+                w = brentq(along, low, high, rtol=1e-10)
+                found.append((float(w), self._at(w, int(k), int(locus))))
+        return found
+
+    def crossings(self) -> list[complex]:
+        """λ where a locus crosses the real axis, and where it starts and ends on it."""
+        found = [value for _, value in self._roots(np.imag)]
+        for T in (self.response(np.zeros(1))[0].real, self._D):
+            found += [complex(v) for v in np.linalg.eigvals(T) if abs(v.imag) <= 1e-9 * abs(v)]
+        return found
+
+    def lags(self) -> list[tuple[float, float]]:
+        """(rotation in (0, 2π), ω) where |L| = 1, that is Re λ = ½."""
+        out = []
+        for w, value in self._roots(lambda z: np.real(z) - 0.5):
+            out.append((float(np.angle(-value / (1 - value))) % (2 * math.pi), w))
+        return out
+
+    def largest(self, measure: Callable) -> float:
+        """The largest of a measure over all loci and frequencies, ends included."""
+        size = measure(self.values).max(axis=1)
+        best = float(max(size.max(), *(measure(np.linalg.eigvals(T)).max() for T in (self.response(np.zeros(1))[0], self._D))))
+        for k in np.flatnonzero((size[1:-1] >= size[:-2]) & (size[1:-1] >= size[2:])) + 1:
+            if size[k] > NEAR_BEST * best:
+                found = minimize_scalar(
+                    lambda w: -float(measure(self.of(np.array([w]))).max()),
+                    bounds=(self.omega[k - 1], self.omega[k + 1]), method="bounded",
+                    options={"xatol": 1e-9 * self.omega[k]},
+                )  # fmt: skip
+                best = max(best, -float(found.fun))
+        return best
