@@ -14,9 +14,9 @@ import numpy as np
 
 from workbench.analysis.setting import Setting
 from workbench.analysis.variations import damping_of
+from workbench.constants import GRAVITY
 from workbench.control import Gains
 from workbench.control.loop import GROUPS, subject
-from workbench.constants import GRAVITY
 from workbench.errors import InputError
 from workbench.physics.forces.corner import CornerLaw
 from workbench.physics.vehicle import Vehicle
@@ -91,7 +91,9 @@ def _at(setting: Setting, vehicle: Vehicle, gains: Gains, heave: float, sway: fl
         return Frozen(heave=heave, sway=sway, current=None, damping=None, decay=None)
     currents = np.full(vehicle.count, alpha)
     there = tangent_at(vehicle, pose, currents)
-    held = replace(held_by_moment(vehicle), pose=pose, currents=currents, external=-there.acceleration * inertia(vehicle))
+    held = replace(
+        held_by_moment(vehicle), pose=pose, currents=currents, external=-there.acceleration * inertia(vehicle)
+    )
     there = tangent_at(vehicle, pose, currents, external=held.external)
     plant = joined(assembled(held, there.state_space).plant, vehicle)
     level = sway == 0 and set(setting.groups) == set(GROUPS)

@@ -52,7 +52,12 @@ class Varied(Result):
 
     def to_dict(self) -> dict[str, float | str | None]:
         """In the command line's keys."""
-        return {"name": self.name, "damping": self.damping, "decay": self.decay, "peak_sensitivity": self.peak_sensitivity}
+        return {
+            "name": self.name,
+            "damping": self.damping,
+            "decay": self.decay,
+            "peak_sensitivity": self.peak_sensitivity,
+        }
 
     def rows(self) -> list[Row]:
         return [
@@ -106,7 +111,9 @@ def _used(s: Subject, kinds: Sequence[str]) -> bool:
     return bool(np.abs(s.law.measurement_matrix()[s.modal_rows][:, columns]).max() > 0)
 
 
-def _closed(s: Subject, gains: Gains, *, sensors: np.ndarray | None = None, commands: np.ndarray | None = None) -> Plant:
+def _closed(
+    s: Subject, gains: Gains, *, sensors: np.ndarray | None = None, commands: np.ndarray | None = None
+) -> Plant:
     """The closed loop with the law's inputs and outputs scaled."""
     A, B, C, D = s.controller(gains)
     if sensors is not None:

@@ -24,7 +24,9 @@ from workbench.lti.realisation import checked, stable_poles
 from workbench.result import Result, Row
 
 PER_DECADE = 40  # points of the grid on which loci are followed, between the resonances
-BESIDE = np.array([-8.0, -4.0, -2.0, -1.0, -0.5, 0.0, 0.5, 1.0, 2.0, 4.0, 8.0])  # points at a resonance, in widths |Re p|
+BESIDE = np.array(
+    [-8.0, -4.0, -2.0, -1.0, -0.5, 0.0, 0.5, 1.0, 2.0, 4.0, 8.0]
+)  # points at a resonance, in widths |Re p|
 DECADES = 3  # beyond the slowest and the fastest pole, where loci are straight
 LARGEST = 6  # signals that share a factor; loci are matched by trying every order
 NOISE = 1e-10  # of a locus: what turns by less is rounding
@@ -199,7 +201,9 @@ class _Loci:
     def largest(self, measure: Callable) -> float:
         """The largest of a measure over all loci and frequencies, ends included."""
         size = measure(self.values).max(axis=1)
-        best = float(max(size.max(), *(measure(np.linalg.eigvals(T)).max() for T in (self.response(np.zeros(1))[0], self._D))))
+        best = float(
+            max(size.max(), *(measure(np.linalg.eigvals(T)).max() for T in (self.response(np.zeros(1))[0], self._D)))
+        )
         for k in np.flatnonzero((size[1:-1] >= size[:-2]) & (size[1:-1] >= size[2:])) + 1:
             if size[k] > NEAR_BEST * best:
                 found = minimize_scalar(

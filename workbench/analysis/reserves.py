@@ -1,0 +1,126 @@
+"""What a law keeps in reserve: margins wherever the loop may break, variations and losses, sampling, other gaps.
+
+    Setting, Gains, the vehicle's maker --> break points, variations, sampled loops, loops frozen at gap offsets
+
+What an engineer reads first. Each part has a file of its own; here they are put together and shown.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from workbench.analysis.break_points import break_points
+from workbench.analysis.frozen import Frozen, frozen
+from workbench.analysis.sampled_cases import CASES, SampledCase, sampled_cases
+from workbench.analysis.setting import Setting
+from workbench.analysis.variations import Rebuild, Varied, variations
+from workbench.control import Gains
+from workbench.lti.break_point import BreakPoint
+from workbench.physics.forces.corner import CornerLaw
+from workbench.physics.vehicle import Vehicle
+from workbench.result import Result, Row, figure
+
+Table = tuple[str, tuple[str, ...], list[tuple[str, ...]]]  # title, columns, rows
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Reserves(Result):
+    """Margins at break points, variations and losses, sampled loops, frozen loops; empty where nothing can be said."""
+
+    break_points: tuple[BreakPoint, ...]
+    variations: tuple[Varied, ...]
+    sampled: tuple[SampledCase, ...]
+    frozen: tuple[Frozen, ...]
+
+    def to_dict(self) -> dict[str, list[dict]]:
+        """The four keys of `analyse --json`."""
+        return {
+            name: [one.to_dict() for one in getattr(self, name)]
+            for name in ("break_points", "variations", "sampled", "frozen")
+        }
+
+    @property
+    def worst_point(self) -> BreakPoint | None:
+        """The break point of the smallest disk margin."""
+        return min(self.break_points, key=lambda b: b.disk, default=None)
+
+    @property
+    def weakest(self) -> Varied | None:
+        """The variation of the least damping."""
+        return min(self.variations, key=lambda v: v.damping, default=None)
+
+    def rows(self) -> list[Row]:
+        point, varied = self.worst_point, self.weakest
+        shown: list[Row] = []
+        if point is not None:
+            shown.append((f"smallest disk margin, at {point.point}", point.disk, "1"))
+        if varied is not None:
+            shown.append((f"least damping of a variation, {varied.name}", varied.damping, "1"))
+        return shown
+
+    def tables(self) -> list[Table]:
+        """What an engineer reads first, as (title, columns, rows of strings)."""
+        out: list[Table] = []
+        if self.break_points:
+            rows = []
+            for b in self.break_points:
+                d = b.to_dict()
+                mark = " (worst)" if b is self.worst_point else ""
+                keys = ("gain_down", "gain_up", "phase_deg", "delay_ms", "disk")
+                rows.append((f"{b.point}{mark}", *(figure(d[key]) for key in keys)))
+            columns = ("break point", "gain down", "gain up", "phase [°]", "delay [ms]", "disk margin")
+            out.append(("Margins, one point broken at a time", columns, rows))
+        if self.variations:
+            rows = [
+                (
+                    v.name,
+                    "survives" if v.stable else "UNSTABLE",
+                    figure(v.damping),
+                    figure(v.decay),
+                    figure(v.peak_sensitivity),
+                )
+                for v in self.variations
+            ]
+            columns = ("variation", "loop", "damping", "decay [1/s]", "peak sensitivity")
+            out.append(("Variations and failures", columns, rows))
+        if self.sampled:
+            groups = tuple(self.sampled[0].peak_sensitivity)
+            rows = [
+                (
+                    f"{1e3 * s.sample_time:g} ms", f"{s.delay_samples:g}", figure(s.damping), figure(s.decay),
+                    *(figure(s.peak_sensitivity[g]) for g in groups),
+                )
+                for s in self.sampled
+            ]  # fmt: skip
+            columns = ("sampled every", "delay [samples]", "damping", "decay [1/s]", *(f"peak S, {g}" for g in groups))
+            out.append(("The loop as it is sampled", columns, rows))
+        if self.frozen:
+            rows = [(f"{f.heave:+.2f} m", f"{f.sway:+.2f} m", figure(f.damping), figure(f.decay)) for f in self.frozen]
+            out.append(("The loop frozen at gap offsets", ("heave", "sway", "damping", "decay [1/s]"), rows))
+        return out
+
+
+NOTHING = Reserves(break_points=(), variations=(), sampled=(), frozen=())
+
+
+def reserves(
+    setting: Setting,
+    gains: Gains,
+    *,
+    vehicle: Vehicle | None = None,
+    rebuild: Rebuild | None = None,
+    exact: CornerLaw | None = None,
+    sampled: Sequence[tuple[float, float]] = (),
+    stable: bool = True,
+) -> Reserves:
+    """Everything that can be said of a law's reserves.
+
+    vehicle, exact : for frozen loops;  rebuild : settings of other vehicles, for mass and force
+    sampled : sample times [s] and delays [samples] besides `CASES`
+    stable : whether the nominal loop is; margins of an unstable one mean nothing and are left out
+    """
+    return Reserves(
+        break_points=break_points(setting, gains) if stable else (),
+        variations=variations(setting, gains, rebuild),
+        sampled=sampled_cases(setting, gains, (*CASES, *sampled)),
+        frozen=frozen(setting, vehicle, exact, gains) if vehicle is not None and exact is not None else (),
+    )
