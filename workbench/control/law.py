@@ -228,11 +228,16 @@ class ModalLaw:
 
     def modal_matrix(self, gains: Gains) -> np.ndarray:
         """(5, 5): the scaled modal signals K_i q_i^c (heave, pitch, sway, roll, yaw) from the filtered channels."""
-        out = np.zeros((5, 5))
+        return ca.DM(self.modal_resolution(ca.DM(list(gains.as_dict().values())))).full()
+
+    def modal_resolution(self, theta):
+        """The same as DM or SX, from the seventeen parameters."""
+        g = dict(zip(GAIN_NAMES, ca.vertsplit(theta), strict=True))
+        out = theta[0] * ca.DM(5, 5)
         heave, pitch, roll, sway, yaw = range(5)
-        out[0, heave], out[1, pitch] = gains.K_heave, gains.K_pitch
-        out[2, sway], out[2, roll] = gains.K_sway, gains.K_sway * self.depth
-        out[3, roll], out[4, yaw] = gains.K_roll, gains.K_yaw
+        out[0, heave], out[1, pitch] = g["K_heave"], g["K_pitch"]
+        out[2, sway], out[2, roll] = g["K_sway"], g["K_sway"] * self.depth
+        out[3, roll], out[4, yaw] = g["K_roll"], g["K_yaw"]
         return out
 
     def state_space(self, theta):

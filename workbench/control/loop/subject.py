@@ -81,14 +81,14 @@ class Subject:
     def static_gain(self, theta: ca.SX) -> ca.SX:
         """(k, 4n): pattern commands per sensor signal at rest, symbolic in the seventeen parameters."""
         A, B, C, D = self.law.filter_bank(theta)
-        return ca.mtimes(self._resolution(theta), D - ca.mtimes(C, ca.solve(A, B)))
+        return ca.mtimes(self.resolution(theta), D - ca.mtimes(C, ca.solve(A, B)))
 
     @property
     def _owned(self) -> np.ndarray:
         """1 for the group's channels, 0 for the others, in the order of `CHANNELS`: others measure held coordinates."""
         return np.array([float(k in self.channels) for k in range(len(CHANNELS))])
 
-    def _resolution(self, theta):
+    def resolution(self, theta):
         """(k, 5): pattern commands from the filtered channels of the group."""
         return ca.mtimes([ca.DM(self.patterns.T), self.law.resolution(theta), ca.diag(ca.DM(self._owned))])
 
@@ -124,7 +124,7 @@ class Subject:
 
     def commanded(self, theta: ca.SX) -> ca.SX:
         """(k, n) pattern commands of the closed loop from the states of `dynamics`, symbolic."""
-        resolve, rows, plant = self._resolution(theta), self.modal_rows, self.plant
+        resolve, rows, plant = self.resolution(theta), self.modal_rows, self.plant
         _, _, Cc, Dc = self.law.filter_bank(theta)
         Cc, Dc = ca.mtimes(resolve, Cc[:, rows]), ca.mtimes(resolve, Dc)
         u, y = plant.index("inputs", self.commands), plant.index("outputs", self.law.sensors)
@@ -136,7 +136,7 @@ class Subject:
         """(n, 4n) how errors of the sensors enter the states of `dynamics`, symbolic; of a plant with current lag."""
         _, Bc, _, Dc = self.law.filter_bank(theta)
         u = self.plant.index("inputs", self.commands)
-        direct = ca.mtimes(self._resolution(theta), Dc)
+        direct = ca.mtimes(self.resolution(theta), Dc)
         return ca.vertcat(ca.mtimes(ca.DM(self.plant.B[:, u]), direct), Bc[self.modal_rows, :])
 
 

@@ -1,0 +1,259 @@
+"""Smooth rows of what a law keeps in reserve, with exact derivatives by the seventeen parameters.
+
+    Setting --groups, variations, dead times, sampling--> Stacked loops  --θ-->  damping of the worst roots
+            --break points-->                             S at a point   --θ-->  |S − ½| at its highest crests
+
+They steer; `break_points`, `variations`, `sampled_cases` and `frozen` judge. A row is >= 0 where its limit is met and
+relative to it. A damping row of a root λ is (−Re λ − ζ|λ|)/√(|λ|² + ω0²): smooth, and with a slope at real roots too.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from workbench.analysis.break_points import KINDS, PATTERNS
+from workbench.analysis.setting import Setting
+from workbench.control.law import CHANNELS, MODAL
+from workbench.control.loop import Subject
+from workbench.control.loop.affine import LawFunction, LawMatrices, Stacked
+
+Rows = tuple[np.ndarray, np.ndarray]  # values (k,), derivatives (k, 17)
+
+REFERENCE = 5.0  # ω0 [rad/s] below which a root counts by its size, not by its angle
+WORST = 3  # roots of a loop that get a row
+CRESTS = 3  # of |S − ½| over frequency that get a row, for each point
+BAND = (0.02, 2e3)  # [rad/s]
+GRID = np.geomspace(*BAND, 180)
+PADE = 3  # order of the fraction that stands for a dead time
+
+
+def damping_rows(loop: Stacked, K: LawMatrices, damping: float, decay: float = 0.0) -> Rows:
+    """The roots of a loop that miss, or nearly miss, a damping ratio and a decay rate [1/s]: the worst ones."""
+    values, slopes = loop.roots(K)
+    size = np.abs(values)
+    along = (values.conj()[:, None] * slopes).real / np.maximum(size, 1e-12)[:, None]  # derivative of |λ|
+    room = -values.real - damping * size - decay
+    scale = np.sqrt(size**2 + REFERENCE**2)
+    row = room / scale
+    slope = (-slopes.real - damping * along) / scale[:, None] - (row * size / scale**2)[:, None] * along
+    worst = np.argsort(row)[:WORST]
+    return row[worst], slope[worst]
+
+
+@dataclass(frozen=True)
+class GroupLoops:
+    """The loops of one group of motion: at its commands, and at its modal signals."""
+
+    subject: Subject
+    law: LawFunction
+    loop: Stacked
+    modal_law: LawFunction
+    modal_loop: Stacked
+    modal: tuple[str, ...]
+
+    @classmethod
+    def of(cls, setting: Setting, subject: Subject) -> "GroupLoops":
+        """Of a group of a setting."""
+        loop = Stacked.of(subject)
+        own = [k for k, name in enumerate(MODAL) if CHANNELS.index(name) in subject.channels]
+        spread = subject.patterns.T @ setting.law.modal_spread()[:, own]
+        E = loop.E.copy()
+        through = np.hstack([E[:, : loop.commands] @ spread, E[:, loop.commands :]])
+        modal_loop = Stacked(f"{loop.name}, modal", loop.A0, through, loop.F, len(own), loop.sensors)
+        return cls(
+            subject, LawFunction(subject), loop, LawFunction(subject, modal=own), modal_loop,
+            tuple(MODAL[k] for k in own),
+        )  # fmt: skip
+
+    def read(self, kinds: Sequence[str]) -> tuple[np.ndarray, list[int]] | None:
+        """(r, sensors) motions that the law resolves from kinds of sensors, and the sensors' columns."""
+        law = self.subject.law
+        columns = [k for k, name in enumerate(law.sensors) if name.rpartition("_")[0] in kinds]
+        read = law.measurement_matrix()[self.subject.modal_rows][:, columns]
+        read = read[np.abs(read).max(axis=1) > 0]
+        return (read, columns) if len(read) else None
+
+
+@dataclass(frozen=True)
+class Point:
+    """A break point as sums over groups of scalar or matrix sensitivities.
+
+    parts : (group, at modal signals, left (r, ·), right (·, r), whether at sensors); S = I + Σ left (S_g − I) right for
+        scalars; a common factor on several signals takes each part alone
+    """
+
+    name: str
+    parts: tuple[tuple[int, bool, np.ndarray, np.ndarray, bool], ...]
+    apart: bool = False
+
+
+class Reserve:
+    """Rows of every break point, from the groups' loops at one θ."""
+
+    def __init__(self, setting: Setting) -> None:
+        self.setting = setting
+        self.groups = tuple(GroupLoops.of(setting, s) for s in setting.subjects)
+        self.points: dict[str, Point] = {p.name: p for p in self._points()}
+
+    def _points(self) -> list[Point]:
+        law, found = self.setting.law, []
+        for k, name in enumerate(law.commands):
+            parts = [(g, False, group.subject.patterns[[k]], group.subject.patterns[[k]].T, False) for g, group in enumerate(self.groups)]
+            found.append(Point(f"current:{name.removeprefix('command_')}", tuple(parts)))
+        uniform = []
+        for g, group in enumerate(self.groups):
+            count = group.loop.commands
+            names = PATTERNS.get(group.subject.name, group.subject.commands)[:count]
+            found += [Point(f"pattern:{n}", ((g, False, np.eye(count)[[k]], np.eye(count)[:, [k]], False),)) for k, n in enumerate(names)]
+            uniform.append((g, False, np.eye(count), np.eye(count), False))
+        found.append(Point("currents:uniform", tuple(uniform), apart=True))
+        for k, name in enumerate(law.sensors):
+            one = np.eye(len(law.sensors))[[k]]
+            found.append(Point(f"sensor:{name}", tuple((g, False, one, one.T, True) for g in range(len(self.groups)))))
+        for name, kinds in KINDS.items():
+            parts = []
+            for g, group in enumerate(self.groups):
+                seen = group.read(kinds)
+                if seen is None:
+                    continue
+                read, columns = seen
+                R = np.zeros((len(read), len(law.sensors)))
+                R[:, columns] = read
+                parts.append((g, False, R, np.linalg.pinv(R), True))
+            if parts:
+                found.append(Point(f"kind:{name}", tuple(parts), apart=True))
+        for g, group in enumerate(self.groups):
+            for k, name in enumerate(group.modal):
+                one = np.eye(len(group.modal))[[k]]
+                found.append(Point(f"modal:{name}", ((g, True, one, one.T, False),)))
+        return found
+
+    def evaluated(self, theta: np.ndarray, omega: np.ndarray = GRID) -> "ReserveAt":
+        """Everything at one θ."""
+        return ReserveAt(self, theta, omega)
+
+
+class ReserveAt:
+    """The break points at one θ on one grid of frequencies."""
+
+    def __init__(self, whole: Reserve, theta: np.ndarray, omega: np.ndarray) -> None:
+        self.whole, self.theta, self.omega = whole, np.asarray(theta, float), omega
+        self.K = [(g.law(theta), g.modal_law(theta)) for g in whole.groups]
+        self.M = [(g.loop.closed(K[0], omega), g.modal_loop.closed(K[1], omega)) for g, K in zip(whole.groups, self.K, strict=True)]
+
+    def rows(self, name: str, alpha: float) -> Rows:
+        """Rows of a balanced disk margin α at a point: 1 − α |S − ½| at the highest crests of every locus."""
+        point = self.whole.points[name]
+        if not point.apart:
+            return self._crests(*self._scalar(point), alpha)
+        values, slopes = zip(*(self._crests(*self._largest(part), alpha) for part in point.parts), strict=True)
+        return np.concatenate(values), np.vstack(slopes)
+
+    def _pieces(self, part):
+        g, modal, left, right, at_sensors = part
+        K, M = self.K[g][modal], self.M[g][modal]
+        loop = self.whole.groups[g].modal_loop if modal else self.whole.groups[g].loop
+        size = loop.sensors if at_sensors else loop.commands
+        return K, M, left, right, at_sensors, size
+
+    def _T(self, part) -> np.ndarray:
+        """(k, r, r) S − I in the part's directions."""
+        K, M, left, right, at_sensors, size = self._pieces(part)
+        if at_sensors:  # S − I = M K at the sensors
+            return (left @ M[:, :size, :]) @ (K.value[:, :size] @ right)
+        return (left @ K.value[:size, :]) @ (M[:, :, :size] @ right)
+
+    def _slope(self, part, at: int, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """(17,) complex: y' dS x at frequency number `at`, of S in the part's directions."""
+        K, M, left, right, at_sensors, size = self._pieces(part)
+        M = M[at]
+        if at_sensors:  # dS = M dK S, S = I + M K
+            row = (y @ left) @ M[:size, :]
+            column = right @ x
+            whole = np.zeros(M.shape[0], complex)
+            whole[:size] = column
+            whole = whole + M @ (K.value[:, :size] @ column)
+            return np.einsum("m,jmp,p->j", row, K.slope, whole, optimize=True)
+        column = M[:, :size] @ (right @ x)  # dS = S dK M, S = I + K M
+        row = np.zeros(M.shape[1], complex)
+        row[:size] = y @ left
+        row = row + (y @ left) @ (K.value[:size, :] @ M)
+        return np.einsum("m,jmp,p->j", row, K.slope, column, optimize=True)
+
+    def _scalar(self, point: Point):
+        S = 1 + sum(self._T(part)[:, 0, 0] for part in point.parts)
+        one = np.ones(1)
+
+        def slope(at: int) -> np.ndarray:
+            return sum(self._slope(part, at, one, one) for part in point.parts)
+
+        return S - 0.5, slope
+
+    def _largest(self, part):
+        T = self._T(part)
+        values, right = np.linalg.eig(T + 0.5 * np.eye(T.shape[1]))
+        which = np.abs(values).argmax(axis=1)
+        picked = np.take_along_axis(values, which[:, None], 1)[:, 0]
+
+        def slope(at: int) -> np.ndarray:
+            V = right[at]
+            y = np.linalg.inv(V)[which[at]]
+            return self._slope(part, at, V[:, which[at]], y)
+
+        return picked, slope
+
+    def _crests(self, z: np.ndarray, slope, alpha: float) -> Rows:
+        size = np.abs(z)
+        crest = np.flatnonzero(np.r_[True, size[1:] >= size[:-1]] & np.r_[size[:-1] >= size[1:], True])
+        crest = crest[np.argsort(-size[crest])][:CRESTS]
+        crest = np.r_[crest, np.full(CRESTS - len(crest), crest[0])]
+        values, slopes = [], []
+        for at in crest:
+            values.append(1 - alpha * size[at])
+            slopes.append(-alpha * (z[at].conj() * slope(at)).real / size[at])
+        return np.array(values), np.array(slopes)
+
+
+def delayed(group: GroupLoops, point: Point, dead_time: float) -> list[tuple[Stacked, bool]]:
+    """Loops with a dead time [s] at a point of one group: (loop, whether its law is the modal one), one a part."""
+    out = []
+    for _, modal, left, right, at_sensors in point.parts:
+        loop = group.modal_loop if modal else group.loop
+        out.append((_with_dead_time(loop, left, right, at_sensors, dead_time, point.name), modal))
+    return out
+
+
+def _with_dead_time(loop: Stacked, left, right, at_sensors: bool, dead_time: float, name: str) -> Stacked:
+    """The signals `left` of commands or sensors pass a fraction in place of a dead time, one order each."""
+    a, b, c, d = _pade(dead_time)
+    r = len(left)
+    A, B, C, D = (np.kron(np.eye(r), matrix) for matrix in (a, b, c, d))
+    n, k = len(loop.A0), len(A)
+    A0 = np.zeros((n + k, n + k))
+    A0[:n, :n], A0[n:, n:] = loop.A0, A
+    E, F = np.vstack([loop.E, np.zeros((k, loop.E.shape[1]))]), np.hstack([loop.F, np.zeros((len(loop.F), k))])
+    if at_sensors:
+        seen = loop.F[: loop.sensors]
+        A0[n:, :n] = B @ left @ seen
+        F[: loop.sensors, :n] = seen - right @ left @ seen + right @ D @ left @ seen
+        F[: loop.sensors, n:] = right @ C
+    else:
+        acts = loop.E[:, : loop.commands]
+        A0[:n, n:] = acts @ right @ C
+        E[:n, : loop.commands] = acts - acts @ right @ left + acts @ right @ D @ left
+        E[n:, : loop.commands] = B @ left
+    return Stacked(name, A0, E, F, loop.commands, loop.sensors, loop.sample_time)
+
+
+def _pade(dead_time: float) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """(A, B, C, D) of the fraction of order `PADE` that stands for e^{−sT}."""
+    from scipy.signal import tf2ss
+
+    coefficients = [1.0]
+    for k in range(1, PADE + 1):
+        coefficients.append(coefficients[-1] * (PADE - k + 1) / (k * (2 * PADE - k + 1)))
+    rising = [c * dead_time**k for k, c in enumerate(coefficients)]
+    denominator = rising[::-1]
+    numerator = [c * (-1) ** k for k, c in enumerate(rising)][::-1]
+    return tf2ss(numerator, denominator)
