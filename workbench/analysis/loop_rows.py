@@ -66,25 +66,36 @@ class GroupLoops:
             tuple(MODAL[k] for k in own),
         )  # fmt: skip
 
-    def read(self, kinds: Sequence[str]) -> tuple[np.ndarray, list[int]] | None:
-        """(r, sensors) motions that the law resolves from kinds of sensors, and the sensors' columns."""
+    def read(self, kinds: Sequence[str]) -> np.ndarray:
+        """(r, sensors) the motions that the law resolves from kinds of sensors; the other sensors' columns are zero."""
         law = self.subject.law
-        columns = [k for k, name in enumerate(law.sensors) if name.rpartition("_")[0] in kinds]
-        read = law.measurement_matrix()[self.subject.modal_rows][:, columns]
-        read = read[np.abs(read).max(axis=1) > 0]
-        return (read, columns) if len(read) else None
+        own = np.array([name.rpartition("_")[0] in kinds for name in law.sensors])
+        read = law.measurement_matrix()[self.subject.modal_rows] * own
+        return read[np.abs(read).max(axis=1) > 0]
 
 
-@dataclass(frozen=True)
-class Point:
-    """A break point as sums over groups of scalar or matrix sensitivities.
+@dataclass(frozen=True, slots=True)
+class Part:
+    """What one group contributes to a break point: left (S − I) right of its sensitivity, (r, r).
 
-    parts : (group, at modal signals, left (r, ·), right (·, r), whether at sensors); S = I + Σ left (S_g − I) right for
-        scalars; a common factor on several signals takes each part alone
+    group : its number;  modal : whether the loop is broken at the modal signals;  at_sensors : or at the sensors; else
+        at the commands
+    left : (r, signals), right : (signals, r)
     """
 
+    group: int
+    left: np.ndarray
+    right: np.ndarray
+    at_sensors: bool = False
+    modal: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Point:
+    """A break point: one signal, to which the groups add (S = 1 + Σ), or a common factor, each group for itself."""
+
     name: str
-    parts: tuple[tuple[int, bool, np.ndarray, np.ndarray, bool], ...]
+    parts: tuple[Part, ...]
     apart: bool = False
 
 
@@ -99,34 +110,29 @@ class Reserve:
     def _points(self) -> list[Point]:
         law, found = self.setting.law, []
         for k, name in enumerate(law.commands):
-            parts = [(g, False, group.subject.patterns[[k]], group.subject.patterns[[k]].T, False) for g, group in enumerate(self.groups)]
-            found.append(Point(f"current:{name.removeprefix('command_')}", tuple(parts)))
+            each = [group.subject.patterns[[k]] for group in self.groups]
+            parts = tuple(Part(g, one, one.T) for g, one in enumerate(each))
+            found.append(Point(f"current:{name.removeprefix('command_')}", parts))
         uniform = []
         for g, group in enumerate(self.groups):
-            count = group.loop.commands
-            names = PATTERNS.get(group.subject.name, group.subject.commands)[:count]
-            found += [Point(f"pattern:{n}", ((g, False, np.eye(count)[[k]], np.eye(count)[:, [k]], False),)) for k, n in enumerate(names)]
-            uniform.append((g, False, np.eye(count), np.eye(count), False))
+            each = np.eye(group.loop.commands)
+            names = PATTERNS.get(group.subject.name, group.subject.commands)[: len(each)]
+            found += [Point(f"pattern:{n}", (Part(g, each[[k]], each[:, [k]]),)) for k, n in enumerate(names)]
+            uniform.append(Part(g, each, each))
         found.append(Point("currents:uniform", tuple(uniform), apart=True))
         for k, name in enumerate(law.sensors):
             one = np.eye(len(law.sensors))[[k]]
-            found.append(Point(f"sensor:{name}", tuple((g, False, one, one.T, True) for g in range(len(self.groups)))))
+            parts = tuple(Part(g, one, one.T, at_sensors=True) for g in range(len(self.groups)))
+            found.append(Point(f"sensor:{name}", parts))
         for name, kinds in KINDS.items():
-            parts = []
-            for g, group in enumerate(self.groups):
-                seen = group.read(kinds)
-                if seen is None:
-                    continue
-                read, columns = seen
-                R = np.zeros((len(read), len(law.sensors)))
-                R[:, columns] = read
-                parts.append((g, False, R, np.linalg.pinv(R), True))
+            seen = [(g, group.read(kinds)) for g, group in enumerate(self.groups)]
+            parts = tuple(Part(g, R, np.linalg.pinv(R), at_sensors=True) for g, R in seen if len(R))
             if parts:
-                found.append(Point(f"kind:{name}", tuple(parts), apart=True))
+                found.append(Point(f"kind:{name}", parts, apart=True))
         for g, group in enumerate(self.groups):
             for k, name in enumerate(group.modal):
                 one = np.eye(len(group.modal))[[k]]
-                found.append(Point(f"modal:{name}", ((g, True, one, one.T, False),)))
+                found.append(Point(f"modal:{name}", (Part(g, one, one.T, modal=True),)))
         return found
 
     def evaluated(self, theta: np.ndarray, omega: np.ndarray = GRID) -> "ReserveAt":
@@ -140,7 +146,10 @@ class ReserveAt:
     def __init__(self, whole: Reserve, theta: np.ndarray, omega: np.ndarray) -> None:
         self.whole, self.theta, self.omega = whole, np.asarray(theta, float), omega
         self.K = [(g.law(theta), g.modal_law(theta)) for g in whole.groups]
-        self.M = [(g.loop.closed(K[0], omega), g.modal_loop.closed(K[1], omega)) for g, K in zip(whole.groups, self.K, strict=True)]
+        self.M = [
+            (g.loop.closed(K[0], omega), g.modal_loop.closed(K[1], omega))
+            for g, K in zip(whole.groups, self.K, strict=True)
+        ]
 
     def rows(self, name: str, alpha: float) -> Rows:
         """Rows of a balanced disk margin α at a point: 1 − α |S − ½| at the highest crests of every locus."""
@@ -150,39 +159,34 @@ class ReserveAt:
         values, slopes = zip(*(self._crests(*self._largest(part), alpha) for part in point.parts), strict=True)
         return np.concatenate(values), np.vstack(slopes)
 
-    def _pieces(self, part):
-        g, modal, left, right, at_sensors = part
-        K, M = self.K[g][modal], self.M[g][modal]
-        loop = self.whole.groups[g].modal_loop if modal else self.whole.groups[g].loop
-        size = loop.sensors if at_sensors else loop.commands
-        return K, M, left, right, at_sensors, size
+    def _loop(self, part: Part) -> tuple[LawMatrices, np.ndarray, int]:
+        """The law's matrices, the closed map, and how many signals of the kind there are."""
+        group = self.whole.groups[part.group]
+        loop = group.modal_loop if part.modal else group.loop
+        K, M = self.K[part.group][part.modal], self.M[part.group][part.modal]
+        return K, M, loop.sensors if part.at_sensors else loop.commands
 
-    def _T(self, part) -> np.ndarray:
+    def _beyond(self, part: Part) -> np.ndarray:
         """(k, r, r) S − I in the part's directions."""
-        K, M, left, right, at_sensors, size = self._pieces(part)
-        if at_sensors:  # S − I = M K at the sensors
-            return (left @ M[:, :size, :]) @ (K.value[:, :size] @ right)
-        return (left @ K.value[:size, :]) @ (M[:, :, :size] @ right)
+        K, M, size = self._loop(part)
+        if part.at_sensors:  # S = I + M K
+            return (part.left @ M[:, :size, :]) @ (K.value[:, :size] @ part.right)
+        return (part.left @ K.value[:size, :]) @ (M[:, :, :size] @ part.right)  # S = I + K M
 
-    def _slope(self, part, at: int, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    def _slope(self, part: Part, at: int, x: np.ndarray, y: np.ndarray) -> np.ndarray:
         """(17,) complex: y' dS x at frequency number `at`, of S in the part's directions."""
-        K, M, left, right, at_sensors, size = self._pieces(part)
-        M = M[at]
-        if at_sensors:  # dS = M dK S, S = I + M K
-            row = (y @ left) @ M[:size, :]
-            column = right @ x
-            whole = np.zeros(M.shape[0], complex)
-            whole[:size] = column
-            whole = whole + M @ (K.value[:, :size] @ column)
-            return np.einsum("m,jmp,p->j", row, K.slope, whole, optimize=True)
-        column = M[:, :size] @ (right @ x)  # dS = S dK M, S = I + K M
-        row = np.zeros(M.shape[1], complex)
-        row[:size] = y @ left
-        row = row + (y @ left) @ (K.value[:size, :] @ M)
+        K, M, size = self._loop(part)
+        M, into, out = M[at], part.right @ x, y @ part.left
+        if part.at_sensors:  # dS = M dK S
+            row, column = out @ M[:size, :], M @ (K.value[:, :size] @ into)
+            column[:size] += into
+        else:  # dS = S dK M
+            row, column = out @ (K.value[:size, :] @ M), M[:, :size] @ into
+            row[:size] += out
         return np.einsum("m,jmp,p->j", row, K.slope, column, optimize=True)
 
     def _scalar(self, point: Point):
-        S = 1 + sum(self._T(part)[:, 0, 0] for part in point.parts)
+        S = 1 + sum(self._beyond(part)[:, 0, 0] for part in point.parts)
         one = np.ones(1)
 
         def slope(at: int) -> np.ndarray:
@@ -190,9 +194,9 @@ class ReserveAt:
 
         return S - 0.5, slope
 
-    def _largest(self, part):
-        T = self._T(part)
-        values, right = np.linalg.eig(T + 0.5 * np.eye(T.shape[1]))
+    def _largest(self, part: Part):
+        beyond = self._beyond(part)
+        values, right = np.linalg.eig(beyond + 0.5 * np.eye(beyond.shape[1]))
         which = np.abs(values).argmax(axis=1)
         picked = np.take_along_axis(values, which[:, None], 1)[:, 0]
 
@@ -215,17 +219,14 @@ class ReserveAt:
         return np.array(values), np.array(slopes)
 
 
-def delayed(group: GroupLoops, point: Point, dead_time: float) -> list[tuple[Stacked, bool]]:
-    """Loops with a dead time [s] at a point of one group: (loop, whether its law is the modal one), one a part."""
-    out = []
-    for _, modal, left, right, at_sensors in point.parts:
-        loop = group.modal_loop if modal else group.loop
-        out.append((_with_dead_time(loop, left, right, at_sensors, dead_time, point.name), modal))
-    return out
+def delayed(point: Point, groups: Sequence[GroupLoops], dead_time: float) -> list[tuple[Stacked, bool]]:
+    """Loops with a dead time [s] at a point, one for each part that holds for itself: (loop, whether at modal signals)."""
+    return [(_with_dead_time(groups[part.group], part, dead_time, point.name), part.modal) for part in point.parts]
 
 
-def _with_dead_time(loop: Stacked, left, right, at_sensors: bool, dead_time: float, name: str) -> Stacked:
-    """The signals `left` of commands or sensors pass a fraction in place of a dead time, one order each."""
+def _with_dead_time(group: GroupLoops, part: Part, dead_time: float, name: str) -> Stacked:
+    """The part's directions of commands or sensors pass a fraction in place of a dead time."""
+    loop, left, right = group.modal_loop if part.modal else group.loop, part.left, part.right
     a, b, c, d = _pade(dead_time)
     r = len(left)
     A, B, C, D = (np.kron(np.eye(r), matrix) for matrix in (a, b, c, d))
@@ -233,7 +234,7 @@ def _with_dead_time(loop: Stacked, left, right, at_sensors: bool, dead_time: flo
     A0 = np.zeros((n + k, n + k))
     A0[:n, :n], A0[n:, n:] = loop.A0, A
     E, F = np.vstack([loop.E, np.zeros((k, loop.E.shape[1]))]), np.hstack([loop.F, np.zeros((len(loop.F), k))])
-    if at_sensors:
+    if part.at_sensors:
         seen = loop.F[: loop.sensors]
         A0[n:, :n] = B @ left @ seen
         F[: loop.sensors, :n] = seen - right @ left @ seen + right @ D @ left @ seen

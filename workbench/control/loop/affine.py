@@ -40,7 +40,9 @@ class LawFunction:
         resolve = subject.resolution(theta) if modal is None else subject.law.modal_resolution(theta)[list(modal), :]
         K = _stacked(subject, theta, resolve, sample_time)
         self.shape: tuple[int, int] = K.shape
-        self._function = Buffered(ca.Function("law", [theta], [ca.densify(K), ca.densify(ca.jacobian(ca.vec(K), theta))]))
+        self._function = Buffered(
+            ca.Function("law", [theta], [ca.densify(K), ca.densify(ca.jacobian(ca.vec(K), theta))])
+        )
 
     def __call__(self, theta: np.ndarray) -> LawMatrices:
         K, J = self._function(np.asarray(theta, float))
@@ -91,7 +93,9 @@ class Stacked:
     def of(cls, subject: Subject, name: str = "") -> "Stacked":
         """The group's own plant in continuous time; refuses commands that pass straight to a sensor."""
         if subject.direct:
-            raise InputError("a loop's derivatives need the current-loop lag; set current_lag_s in the data, 0.010 say.")
+            raise InputError(
+                "a loop's derivatives need the current-loop lag; set current_lag_s in the data, 0.010 say."
+            )
         plant = subject.plant
         u, y = plant.index("inputs", subject.commands), plant.index("outputs", subject.law.sensors)
         return cls.from_plant(name or subject.name, plant.A, plant.B[:, u], plant.C[y], len(subject.modal_rows))
@@ -100,7 +104,11 @@ class Stacked:
     def from_plant(cls, name: str, A, B, C, filters: int, sample_time: float | None = None) -> "Stacked":
         """A plant from commands to sensors, its filters beside it."""
         n, m, p = len(A), B.shape[1], len(C)
-        A0, E, F = np.zeros((n + filters,) * 2), np.zeros((n + filters, m + filters)), np.zeros((p + filters, n + filters))
+        A0, E, F = (
+            np.zeros((n + filters,) * 2),
+            np.zeros((n + filters, m + filters)),
+            np.zeros((p + filters, n + filters)),
+        )
         A0[:n, :n], E[:n, :m], F[:p, :n] = A, B, C
         E[n:, m:] = np.eye(filters)
         F[p:, n:] = np.eye(filters)
