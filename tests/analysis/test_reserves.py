@@ -167,7 +167,9 @@ def test_variations_are_those_of_an_independent_program(problem, gains):
     for name, damping in printed.items():
         assert found[name].damping == pytest.approx(damping, abs=6e-4), name  # three digits printed
     dead = found["dead:acceleration_z_1"]
-    assert dead.damping == -1 and not dead.stable and dead.peak_sensitivity is None  # a real root grows
+    assert dead.damping == -1
+    assert not dead.stable
+    assert dead.peak_sensitivity is None
     assert dead.decay == pytest.approx(-89, abs=0.5)  # printed +89/s
     assert {f"dead:{s}" for s in problem.setting.law.sensors} <= set(found)
 

@@ -2,8 +2,8 @@
 
     Setting, Gains --each group closed--> S at the commands, at the sensors, at the modal signals --> BreakPoint each
 
-A kind of sensors shares one factor: four signals, of which the law sees two or three motions, so that the loci are those
-of the motions. Groups of motion share no state; what is common to both is limited by the worse.
+A kind of sensors shares one factor: four signals, of which the law sees two or three motions, so that the loci are
+those of the motions. Groups of motion share no state; what is common to both is limited by the worse.
 Source: DEFINITIONS, Margins at break points.
 """
 
@@ -15,7 +15,7 @@ from scipy.linalg import block_diag
 
 from workbench.analysis.setting import Setting
 from workbench.control import Gains
-from workbench.control.law import CHANNELS, MODAL, SENSORS
+from workbench.control.law import CHANNELS, MODAL
 from workbench.control.loop import Subject, subject
 from workbench.control.loop.closed import interconnect
 from workbench.lti import Plant
@@ -115,9 +115,9 @@ def _at_sensors(groups: Sequence[_Closed], names: Sequence[str]) -> Realisation:
 def _along_motions(group: _Closed, kinds: Sequence[str]) -> Realisation | None:
     """S at the sensors of some kinds in the motions that the law resolves from them; None where it uses none."""
     law = group.subject.law
-    names = [f"{kind}_{i + 1}" for kind in kinds for i in range(law.count)]
-    columns = [law.sensors.index(name) for name in names]
-    read = law.measurement_matrix()[group.subject.modal_rows][:, columns]
+    own = law.of_kinds(kinds)
+    names = [name for name, of_kind in zip(law.sensors, own, strict=True) if of_kind]
+    read = law.measurement_matrix()[group.subject.modal_rows][:, own]
     read = read[np.abs(read).max(axis=1) > SILENT]
     if not len(read):
         return None
@@ -173,6 +173,3 @@ def at_modal_signals(setting: Setting, gains: Gains) -> tuple[Realisation, list[
         systems.append((seen.A, seen.B, seen.C, seen.D))
         names += labels
     return Realisation(*(block_diag(*(system[k] for system in systems)) for k in range(4))), names
-
-
-__all__ = ["KINDS", "SENSORS", "BreakPoint", "at_commands", "at_modal_signals", "break_points"]

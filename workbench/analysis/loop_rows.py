@@ -69,8 +69,7 @@ class GroupLoops:
     def read(self, kinds: Sequence[str]) -> np.ndarray:
         """(r, sensors) the motions that the law resolves from kinds of sensors; the other sensors' columns are zero."""
         law = self.subject.law
-        own = np.array([name.rpartition("_")[0] in kinds for name in law.sensors])
-        read = law.measurement_matrix()[self.subject.modal_rows] * own
+        read = law.measurement_matrix()[self.subject.modal_rows] * law.of_kinds(kinds)
         return read[np.abs(read).max(axis=1) > 0]
 
 
@@ -220,7 +219,7 @@ class ReserveAt:
 
 
 def delayed(point: Point, groups: Sequence[GroupLoops], dead_time: float) -> list[tuple[Stacked, bool]]:
-    """Loops with a dead time [s] at a point, one for each part that holds for itself: (loop, whether at modal signals)."""
+    """Loops with a dead time [s] at a point, one a part: (loop, whether its commands are the modal signals)."""
     return [(_with_dead_time(groups[part.group], part, dead_time, point.name), part.modal) for part in point.parts]
 
 

@@ -76,7 +76,7 @@ def variations(setting: Setting, gains: Gains, rebuild: Rebuild | None = None) -
     found = []
     for kind, kinds in KINDS.items():
         for factor in SCALES:
-            scale = np.array([factor if name.rpartition("_")[0] in kinds else 1.0 for name in setting.law.sensors])
+            scale = np.where(setting.law.of_kinds(kinds), factor, 1.0)
             loops = [(s, _closed(s, gains, sensors=scale)) for s in setting.subjects]
             if any(_used(s, kinds) for s in setting.subjects):
                 found.append(_grouped(f"scale:{kind}:{factor:g}", loops))
@@ -107,8 +107,7 @@ def _losses(setting: Setting, gains: Gains) -> list[Varied]:
 
 def _used(s: Subject, kinds: Sequence[str]) -> bool:
     """Whether a group reads sensors of these kinds in its motions."""
-    columns = [k for k, name in enumerate(s.law.sensors) if name.rpartition("_")[0] in kinds]
-    return bool(np.abs(s.law.measurement_matrix()[s.modal_rows][:, columns]).max() > 0)
+    return bool(s.law.measurement_matrix()[s.modal_rows][:, s.law.of_kinds(kinds)].any())
 
 
 def _closed(

@@ -148,6 +148,10 @@ class ModalLaw:
         """Names of the sensor signals, in the order the law takes them."""
         return tuple(f"{kind}_{i + 1}" for kind in SENSORS for i in range(self.count))
 
+    def of_kinds(self, kinds: Sequence[str]) -> np.ndarray:
+        """(4n,) of bool: which sensors are of these kinds, of `SENSORS`."""
+        return np.isin(np.repeat(SENSORS, self.count), kinds)
+
     @property
     def side(self) -> np.ndarray:
         """+1 for right-hand sets, −1 for left-hand ones, (n,)."""

@@ -4,7 +4,8 @@
     K(θ) = [[D, C], [B, A]] of the law: from sensors and filter states to commands and their rates
 
 One K(θ) and its derivatives serve every loop of a group: scaled or dead sensors are columns of F, lost commands rows of
-E, other vehicles, gap offsets and dead times other A0. Sampled laws have their own K (Tustin) and plants between samples.
+E, other vehicles, gap offsets and dead times other A0. Sampled laws have a K of their own (Tustin), and plants between
+the samples.
 """
 
 from collections.abc import Sequence
