@@ -1,4 +1,4 @@
-"""Smooth nonlinear programmes: minimise f(x) subject to g(x) >= 0 and bounds, with exact gradients; SLSQP and IPOPT.
+"""Smooth nonlinear programmes: minimise f(x) subject to g(x) >= 0 and bounds, with exact gradients; SLSQP, IPOPT, SLP.
 
     Programme: x --at--> Point (f, g, gradients, names) --minimise--> Outcome: x, what binds, multipliers, KKT residual
 
@@ -18,8 +18,9 @@ import numpy as np
 
 from workbench.errors import unknown_name
 from workbench.result import figure
+from workbench.solve.sequential import sequential
 
-SOLVERS = ("slsqp", "ipopt")
+SOLVERS = ("slsqp", "ipopt", "slp")
 FEASIBLE = 1e-4  # relative violation of a smooth constraint that a back-off covers; exact measures decide anyway
 ACTIVE = 2e-3  # relative slack below which a constraint is called binding
 AT_BOUND = 1e-9  # of a bound's interval
@@ -62,7 +63,7 @@ class Programme(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Options:
-    """How to solve: "slsqp" or "ipopt", at most so many iterations, down to a change of the objective."""
+    """How to solve: "slsqp", "ipopt" or "slp" (`sequential`), at most so many iterations, down to a change of the objective."""
 
     solver: str = "slsqp"
     iterations: int = 200
@@ -107,7 +108,8 @@ def minimise(programme: Programme, x: np.ndarray, options: Options | None = None
     """A local minimum of the programme from x."""
     options = options or Options()
     asked = _Asked(programme)
-    x, message = (_slsqp if options.solver == "slsqp" else _ipopt)(asked, x, options)
+    ways = {"slsqp": _slsqp, "ipopt": _ipopt, "slp": _slp}
+    x, message = ways[options.solver](asked, x, options)
     return _outcome(asked, x, message, closest=False)
 
 
@@ -215,6 +217,11 @@ def _slsqp(asked: _Asked, x: np.ndarray, options: Options) -> tuple[np.ndarray, 
         options={"maxiter": options.iterations, "ftol": options.tolerance},
     )  # fmt: skip
     return np.asarray(result.x), str(result.message)
+
+
+def _slp(asked: _Asked, x: np.ndarray, options: Options) -> tuple[np.ndarray, str]:
+    low, high = asked.bounds()
+    return sequential(asked.at, x, low, high, iterations=options.iterations, tolerance=10 * options.tolerance)
 
 
 def _ipopt(asked: _Asked, x: np.ndarray, options: Options) -> tuple[np.ndarray, str]:
