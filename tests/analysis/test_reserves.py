@@ -13,8 +13,6 @@ from workbench.control.loop import subject
 from workbench.control.loop.affine import LawFunction, Stacked
 from workbench.control.loop.closed import interconnect
 from workbench.files.problem import load_problem
-from workbench.physics.forces.corner import CornerLaw
-from workbench.physics.forces.energy import REPORT_COILS
 
 # Printed by an independent program for the approved gains of 2026-11 (four digits): point -> (gain up or down, disk).
 INDEPENDENT = {
@@ -159,7 +157,7 @@ def test_derivatives_of_rows_are_those_of_differences(problem, gains):
 
 
 def test_variations_are_those_of_an_independent_program(problem, gains):
-    found = {v.name: v for v in variations(problem.setting, gains, lambda f: problem.models.at(f).setting)}
+    found = {v.name: v for v in variations(problem.setting, gains)}
     printed = {
         "scale:acceleration_y:1.1": 0.081, "scale:lateral:1.1": 0.084, "scale:acceleration_z:0.9": 0.099,
         "scale:vertical:0.9": 0.103, "mass:0.85": 0.312, "force:0.9": 0.359, "lost:1": 0.234, "lost:3": 0.207,
@@ -196,15 +194,12 @@ def test_sampled_rows_have_the_roots_of_the_sampled_loop(problem, gains):
     assert (-roots.real / np.abs(roots)).min() == pytest.approx(case.damping, rel=1e-9)  # the same matrices
 
 
-@pytest.fixture(scope="module")
-def exact():
-    return CornerLaw(
-        coils=REPORT_COILS, gap=0.3, gap_lateral=0.3, current=429690.0, lift_ratio=0.8380, drag_ratio=1 / 61.505
-    )
+def test_the_exact_law_behind_printed_coefficients_has_the_printed_ratio(problem):
+    assert problem.setting.offsets.law.lift_ratio == pytest.approx(0.8380, abs=5e-5)  # report, A.3
 
 
-def test_the_loop_frozen_at_rest_is_the_loop_and_sides_are_alike(problem, gains, exact):
-    at = {(f.heave, f.sway): f for f in frozen(problem.setting, problem.vehicle, exact, gains)}
+def test_the_loop_frozen_at_rest_is_the_loop_and_sides_are_alike(problem, gains):
+    at = {(f.heave, f.sway): f for f in frozen(problem.setting, gains)}
     nominal = np.concatenate([s.close(gains).poles() for s in problem.setting.subjects])
     damping = (-nominal.real / np.abs(nominal)).min()
     assert len(at) == 21
@@ -214,10 +209,10 @@ def test_the_loop_frozen_at_rest_is_the_loop_and_sides_are_alike(problem, gains,
         assert at[heave, -0.1].damping == pytest.approx(at[heave, 0.1].damping, rel=1e-9)  # a mirror image
 
 
-def test_riding_high_and_aside_the_old_gains_flutter(problem, gains, exact):
-    high = frozen(problem.setting, problem.vehicle, exact, gains, heave=(0.09, 0.10, 0.12), sway=(0.0,))
+def test_riding_high_and_aside_the_old_gains_flutter(problem, gains):
+    high = frozen(problem.setting, gains, heave=(0.09, 0.10, 0.12), sway=(0.0,))
     growth = [-f.decay for f in high]
     # an independent program with the slopes alone prints 0.63, 2.5, 6.4; the pose turns forces too, a few per cent
     assert growth == pytest.approx([0.63, 2.5, 6.4], rel=0.05)
-    aside = frozen(problem.setting, problem.vehicle, exact, gains, heave=(0.04,), sway=(0.1,))[0]
+    aside = frozen(problem.setting, gains, heave=(0.04,), sway=(0.1,))[0]
     assert -aside.decay == pytest.approx(5.3, rel=0.05)

@@ -4,7 +4,7 @@
 
 A kind of sensors shares one factor: four signals, of which the law sees two or three motions, so that the loci are
 those of the motions. Groups of motion share no state; what is common to both is limited by the worse.
-Source: DEFINITIONS, Margins at break points.
+Source: guide, Definitions: Margins at break points.
 """
 
 from collections.abc import Mapping, Sequence

@@ -1,6 +1,6 @@
 """What a law keeps in reserve: margins wherever the loop may break, variations and losses, sampling, other gaps.
 
-    Setting, Gains, the vehicle's maker --> break points, variations, sampled loops, loops frozen at gap offsets
+    Setting, Gains --> break points, variations, sampled loops, loops frozen at gap offsets
 
 What an engineer reads first. Each part has a file of its own; here they are put together and shown.
 """
@@ -12,11 +12,9 @@ from workbench.analysis.break_points import break_points
 from workbench.analysis.frozen import Frozen, frozen
 from workbench.analysis.sampled_cases import CASES, SampledCase, sampled_cases
 from workbench.analysis.setting import Setting
-from workbench.analysis.variations import Rebuild, Varied, variations
+from workbench.analysis.variations import Varied, variations
 from workbench.control import Gains
 from workbench.lti.break_point import BreakPoint
-from workbench.physics.forces.corner import CornerLaw
-from workbench.physics.vehicle import Vehicle
 from workbench.result import Result, Row, figure
 
 Table = tuple[str, tuple[str, ...], list[tuple[str, ...]]]  # title, columns, rows
@@ -106,21 +104,17 @@ def reserves(
     setting: Setting,
     gains: Gains,
     *,
-    vehicle: Vehicle | None = None,
-    rebuild: Rebuild | None = None,
-    exact: CornerLaw | None = None,
     sampled: Sequence[tuple[float, float]] = (),
     stable: bool = True,
 ) -> Reserves:
     """Everything that can be said of a law's reserves.
 
-    vehicle, exact : for frozen loops;  rebuild : settings of other vehicles, for mass and force
     sampled : sample times [s] and delays [samples] besides `CASES`
     stable : whether the nominal loop is; margins of an unstable one mean nothing and are left out
     """
     return Reserves(
         break_points=break_points(setting, gains) if stable else (),
-        variations=variations(setting, gains, rebuild),
+        variations=variations(setting, gains),
         sampled=sampled_cases(setting, gains, (*CASES, *sampled)),
-        frozen=frozen(setting, vehicle, exact, gains) if vehicle is not None and exact is not None else (),
+        frozen=frozen(setting, gains),
     )

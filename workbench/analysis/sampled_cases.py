@@ -3,7 +3,7 @@
     Setting, Gains, (T, samples of delay) --each group, exact between the samples--> damping, decay, peak of S
 
 Unstable loops keep their numbers: damping and decay of ln(z)/T are then negative, and there is no peak.
-Source: DEFINITIONS, Sampled loop.
+Source: guide, Definitions: Sampled loop.
 """
 
 from collections.abc import Mapping, Sequence

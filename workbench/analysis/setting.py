@@ -1,6 +1,6 @@
 """What an analysis looks at: a vehicle's plant and law on a guideway, seen at given points by given sensors."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -11,6 +11,7 @@ from workbench.control.loop import Subject, subject
 from workbench.lti import Plant
 from workbench.lti.model import Model
 from workbench.physics.guideway.roughness import Roughness
+from workbench.physics.vehicle.offset import GapOffsets
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,6 +44,8 @@ class Setting:
     motor : a motor whose currents the law may command; None without one
     places : (x, y) of every coil set [m], where the guideway reaches the vehicle;  joined : sets that share a command;
         both empty where every set has a command of its own
+    elsewhere : the setting with factors on mass, inertias and forces (names of `physics.vehicle.varied`)
+    offsets : the vehicle at other gaps; None where its coils are not known
     """
 
     plant: Plant
@@ -60,6 +63,8 @@ class Setting:
     motor: MotorPoint | None = None
     joined: tuple[tuple[int, ...], ...] = ()
     places: tuple[tuple[float, float], ...] = ()
+    elsewhere: Callable[[Mapping[str, float]], "Setting"] | None = None
+    offsets: GapOffsets | None = None
 
     @cached_property
     def subjects(self) -> tuple[Subject, ...]:

@@ -4,10 +4,10 @@
     lost:<command>         a command is zero                    dead:<sensor>                   a sensor reads zero
 
 Damping is the least −Re p/|p| of all roots: a real unstable root counts −1. The peak sensitivity is the larger one of
-the groups of motion, at the current patterns.  Source: DEFINITIONS, Damping under variations and losses.
+the groups of motion, at the current patterns.  Source: guide, Definitions: Variations and losses.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,8 +26,6 @@ SCALES = (0.9, 1.1)
 MASSES = (0.85, 1.15)
 FORCES = (0.9, 1.1)
 PEAK_TOLERANCE = 1e-5  # relative width of the bracket
-
-Rebuild = Callable[[Mapping[str, float]], Setting]  # factors on "mass" and "current_force" to the setting under them
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
@@ -68,11 +66,8 @@ class Varied(Result):
         ]
 
 
-def variations(setting: Setting, gains: Gains, rebuild: Rebuild | None = None) -> tuple[Varied, ...]:
-    """The loop under every variation that means something for it.
-
-    rebuild : the setting of another vehicle; without one, mass and force are left out
-    """
+def variations(setting: Setting, gains: Gains) -> tuple[Varied, ...]:
+    """The loop under every variation that means something for it; another mass or force where a vehicle is known."""
     found = []
     for kind, kinds in KINDS.items():
         for factor in SCALES:
@@ -80,10 +75,10 @@ def variations(setting: Setting, gains: Gains, rebuild: Rebuild | None = None) -
             loops = [(s, _closed(s, gains, sensors=scale)) for s in setting.subjects]
             if any(_used(s, kinds) for s in setting.subjects):
                 found.append(_grouped(f"scale:{kind}:{factor:g}", loops))
-    if rebuild is not None:
+    if setting.elsewhere is not None:
         for word, name, factors in (("mass", "mass", MASSES), ("force", "current_force", FORCES)):
             for factor in factors:
-                there = rebuild({name: factor})
+                there = setting.elsewhere({name: factor})
                 found.append(_grouped(f"{word}:{factor:g}", [(s, s.close(gains)) for s in there.subjects]))
     if set(setting.groups) == set(GROUPS):
         found += _losses(setting, gains)

@@ -5,7 +5,7 @@ problems/<name>/data.toml --schema--> ProblemFile --problem.py--> design.Problem
 
 import hashlib
 from collections.abc import Callable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from importlib.resources import files
 from pathlib import Path
 
@@ -44,6 +44,7 @@ from workbench.physics.vehicle import Extras, Vehicle, current_forces, varied
 from workbench.physics.vehicle.carried import check_carried
 from workbench.physics.vehicle.drive import MotorDrive
 from workbench.physics.vehicle.flight import Flight
+from workbench.physics.vehicle.offset import GapOffsets
 from workbench.physics.vehicle.operating import OperatingPoint, operating_point
 
 FACTORS = ("mass", "roll_inertia", "pitch_inertia", "yaw_inertia", "current_force", "gap_force")  # of `varied`
@@ -276,7 +277,15 @@ class ProblemData:
             joined=vehicle.joined, places=point.vehicle.positions if vehicle.joined else (),
             clearance=least_distance(d.force_law, d.vehicle, flown, point),
             motor=_motor_point(drive) if drive else None,
+            elsewhere=_Elsewhere(self, vehicle), offsets=self.offsets(vehicle, flown),
         )  # fmt: skip
+
+    def offsets(self, vehicle: Vehicle, flown: Flight | None) -> GapOffsets | None:
+        """The vehicle at other gaps, on the exact law of its coils."""
+        law, v = self.file.force_law, self.file.vehicle
+        if flown is not None:
+            return GapOffsets(vehicle, law.coils(), flown.gap, flown.gap_lateral, flown.current, flown.exact)
+        return GapOffsets(vehicle, law.coils(), v.gap_m, v.gap_lateral_m, law.main_current_a_turns)
 
     def build(self) -> Problem:
         """The problem as the data describe it."""
@@ -327,6 +336,17 @@ def _source(block) -> str:
     """The source of a block, of the first of a list of blocks; nothing for an absent one."""
     first = block[0] if isinstance(block, tuple) and block else block
     return getattr(first, "source", "")
+
+
+@dataclass(frozen=True)
+class _Elsewhere:
+    """The setting of a vehicle with factors on its numbers."""
+
+    data: ProblemData
+    vehicle: Vehicle
+
+    def __call__(self, factors: Mapping[str, float]) -> Setting:
+        return self.data.setting(varied(self.vehicle, **factors))
 
 
 def _motor_point(drive: MotorDrive) -> MotorPoint:

@@ -6,7 +6,7 @@
 All m signals get one common complex factor. A factor f puts a pole on the axis at jω exactly if
 det(I + (f − 1) T(jω)) = 0, so that f = 1 − 1/λ of an eigenvalue λ of T(jω): real for a gain, of size one for a rotation
 or a dead time. The disk margin is α = 1/sup ρ(S − ½I), balanced (σ = 0).
-Source: DEFINITIONS, Margins at break points.
+Source: guide, Definitions: Margins at break points.
 """
 
 import math

@@ -1,4 +1,4 @@
-"""Sequential linear programmes in a trust region: for many constraints of which about as many bind as there are unknowns.
+"""Sequential linear programmes in a trust region: for constraints of which about as many bind as there are unknowns.
 
     x --f, g, gradients--> linear programme within ± radius --> step, taken if the penalised objective falls as foretold
 

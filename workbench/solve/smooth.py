@@ -63,7 +63,7 @@ class Programme(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Options:
-    """How to solve: "slsqp", "ipopt" or "slp" (`sequential`), at most so many iterations, down to a change of the objective."""
+    """How to solve: "slsqp", "ipopt" or "slp", at most so many iterations, down to a change of the objective."""
 
     solver: str = "slsqp"
     iterations: int = 200
