@@ -181,13 +181,13 @@ def test_a_sampled_loop_is_that_of_an_independent_program(problem, gains):
 
 
 def test_sampled_rows_have_the_roots_of_the_sampled_loop(problem, gains):
-    from workbench.analysis.sampled import _sampled  # the plant between the samples, with one sample of delay
+    from workbench.analysis.sampled import between_samples
 
     theta, T = np.array([getattr(gains, name) for name in GAIN_NAMES]), 0.001
     roots = []
     for s in problem.setting.subjects:
         seen = s.plant.select(inputs=s.commands, outputs=problem.setting.law.sensors)
-        loop = Stacked.from_plant(s.name, *_sampled(seen, T, T), len(s.modal_rows), T)
+        loop = Stacked.from_plant(s.name, *between_samples(seen, T, T), len(s.modal_rows), T)
         roots.append(loop.roots(LawFunction(s, T)(theta))[0])
     roots = np.concatenate(roots)
     case = sampled_cases(problem.setting, gains, [(T, 1.0)])[0]

@@ -7,16 +7,19 @@ They steer; `break_points`, `variations`, `sampled_cases` and `frozen` judge. A 
 relative to it. A damping row of a root λ is (−Re λ − ζ|λ|)/√(|λ|² + ω0²): smooth, and with a slope at real roots too.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from workbench.analysis.break_points import KINDS, PATTERNS
+from workbench.analysis.frozen import groups_at
+from workbench.analysis.sampled import between_samples
 from workbench.analysis.setting import Setting
 from workbench.control.law import CHANNELS, MODAL
-from workbench.control.loop import Subject
+from workbench.control.loop import Subject, subject
 from workbench.control.loop.affine import LawFunction, LawMatrices, Stacked
+from workbench.lti.delay import pade
 
 Rows = tuple[np.ndarray, np.ndarray]  # values (k,), derivatives (k, 17)
 
@@ -25,7 +28,13 @@ WORST = 3  # roots of a loop that get a row
 CRESTS = 3  # of |S − ½| over frequency that get a row, for each point
 BAND = (0.02, 2e3)  # [rad/s]
 GRID = np.geomspace(*BAND, 180)
+FACTORS = {"mass": "mass", "force": "current_force"}  # word of a variation to the factor of `Setting.elsewhere`
 PADE = 3  # order of the fraction that stands for a dead time
+
+
+def point_names(setting: Setting) -> tuple[str, ...]:
+    """Names of the break points of a setting."""
+    return tuple(Reserve(setting).points)
 
 
 def damping_rows(loop: Stacked, K: LawMatrices, damping: float, decay: float = 0.0) -> Rows:
@@ -98,13 +107,170 @@ class Point:
     apart: bool = False
 
 
+@dataclass(frozen=True, slots=True)
+class Law:
+    """Which law closes a loop: of which group of motion, at its modal signals or not, sampled [s] or not."""
+
+    group: str
+    sample_time: float | None = None
+    modal: bool = False
+
+
+Loops = tuple[tuple[Law, Stacked], ...]
+
+
 class Reserve:
-    """Rows of every break point, from the groups' loops at one θ."""
+    """The loops of a setting whose rows steer: made once, evaluated at any θ."""
 
     def __init__(self, setting: Setting) -> None:
         self.setting = setting
         self.groups = tuple(GroupLoops.of(setting, s) for s in setting.subjects)
         self.points: dict[str, Point] = {p.name: p for p in self._points()}
+        self._subjects = {s.name: s for s in setting.subjects}
+        self._laws: dict[Law, LawFunction] = {}
+        self._loops: dict[tuple, Loops] = {}
+
+    def law(self, which: Law) -> LawFunction:
+        """The law's matrices as a function of θ."""
+        if which not in self._laws:
+            if which.modal:
+                self._laws[which] = next(g.modal_law for g in self.groups if g.subject.name == which.group)
+            else:
+                self._laws[which] = LawFunction(self._subject(which.group), which.sample_time)
+        return self._laws[which]
+
+    def _subject(self, name: str) -> Subject:
+        if name not in self._subjects:
+            self._subjects[name] = subject(self.setting.plant, self.setting.law, name)
+        return self._subjects[name]
+
+    def _kept(self, key: tuple, make: Callable[[], Loops]) -> Loops:
+        if key not in self._loops:
+            self._loops[key] = make()
+        return self._loops[key]
+
+    def varied(self, name: str) -> Loops:
+        """The loops of a variation, by its name."""
+        return self._kept(("varied", name), lambda: self._varied(name))
+
+    def _varied(self, name: str) -> Loops:
+        word, _, rest = name.partition(":")
+        law = self.setting.law
+        if word == "scale":
+            kind, _, factor = rest.partition(":")
+            scale = np.where(law.of_kinds(KINDS[kind]), float(factor), 1.0)
+            used = [g for g in self.groups if len(g.read(KINDS[kind]))]
+            return tuple((Law(g.subject.name), g.loop.with_sensors(name, scale)) for g in used)
+        if word in FACTORS and self.setting.elsewhere is not None:
+            there = self.setting.elsewhere({FACTORS[word]: float(rest)})
+            return tuple((Law(s.name), Stacked.of(s, name)) for s in there.subjects)
+        whole = Stacked.of(self._subject("all"), name)
+        if word == "lost":
+            kept = np.array([float(c != f"command_{rest}") for c in law.commands])
+            return ((Law("all"), whole.with_commands(name, kept)),)
+        return ((Law("all"), whole.with_sensors(name, np.array([float(s != rest) for s in law.sensors]))),)
+
+    def sampled(self, sample_time: float, delay: float) -> Loops:
+        """The loops as they are sampled [s], commands late by a dead time [s]."""
+
+        def make() -> Loops:
+            found = []
+            for s in self.setting.subjects:
+                seen = s.plant.select(inputs=s.commands, outputs=self.setting.law.sensors)
+                A, B, C = between_samples(seen, sample_time, delay)
+                loop = Stacked.from_plant(f"{s.name}, sampled", A, B, C, len(s.modal_rows), sample_time)
+                found.append((Law(s.name, sample_time), loop))
+            return tuple(found)
+
+        return self._kept(("sampled", sample_time, delay), make)
+
+    def frozen(self, heave: float, sway: float) -> Loops:
+        """The loops at gap offsets [m]; none where the pose cannot be flown."""
+
+        def make() -> Loops:
+            found = self.setting.offsets.plant(heave, sway) if self.setting.offsets else None
+            if found is None:
+                return ()
+            names = groups_at(self.setting, sway)
+            return tuple((Law(n), Stacked.of(subject(found[0], self.setting.law, n))) for n in names)
+
+        return self._kept(("frozen", heave, sway), make)
+
+    def late(self, point: str, dead_time: float) -> Loops:
+        """The loops with a dead time [s] at a break point."""
+
+        def make() -> Loops:
+            where = self.points[point]
+            if where.apart or len(where.parts) == 1:
+                return tuple(
+                    (Law(self.groups[part.group].subject.name, modal=modal), loop)
+                    for part, (loop, modal) in zip(where.parts, delayed(where, self.groups, dead_time), strict=True)
+                )
+            return ((Law("all"), self._late_one(point, dead_time)),)
+
+        return self._kept(("late", point, dead_time), make)
+
+    def _late_one(self, point: str, dead_time: float) -> Stacked:
+        """A dead time at one command or one sensor, where the groups meet."""
+        kind, _, name = point.partition(":")
+        whole, law = Stacked.of(self._subject("all"), point), self.setting.law
+        at_sensors = kind == "sensor"
+        names = law.sensors if at_sensors else tuple(c.removeprefix("command_") for c in law.commands)
+        one = np.eye(len(names))[[names.index(name)]]
+        return with_dead_time(whole, Part(0, one, one.T, at_sensors=at_sensors), dead_time, point)
+
+    def scaled(self, point: str, factor: float) -> Loops:
+        """The loops with a factor at a break point."""
+
+        def make() -> Loops:
+            kind, _, name = point.partition(":")
+            law = self.setting.law
+            if kind == "kind":
+                return self._varied(f"scale:{name}:{factor!r}")
+            if kind == "modal":
+                return tuple(
+                    (
+                        Law(g.subject.name, modal=True),
+                        g.modal_loop.with_commands(point, np.where(np.array(g.modal) == name, factor, 1.0)),
+                    )
+                    for g in self.groups
+                    if name in g.modal
+                )
+            if kind == "pattern":
+                names = {g.subject.name: PATTERNS.get(g.subject.name, g.subject.commands) for g in self.groups}
+                return tuple(
+                    (
+                        Law(g.subject.name),
+                        g.loop.with_commands(
+                            point, np.array([factor if n == name else 1.0 for n in names[g.subject.name]])
+                        ),
+                    )
+                    for g in self.groups
+                    if name in names[g.subject.name]
+                )
+            if point == "currents:uniform":
+                return tuple(
+                    (Law(g.subject.name), g.loop.with_commands(point, np.full(g.loop.commands, factor)))
+                    for g in self.groups
+                )
+            whole = Stacked.of(self._subject("all"), point)
+            if kind == "sensor":
+                return (
+                    (
+                        Law("all"),
+                        whole.with_sensors(point, np.array([factor if s == name else 1.0 for s in law.sensors])),
+                    ),
+                )
+            return (
+                (
+                    Law("all"),
+                    whole.with_commands(
+                        point, np.array([factor if c == f"command_{name}" else 1.0 for c in law.commands])
+                    ),
+                ),
+            )
+
+        return self._kept(("scaled", point, factor), make)
 
     def _points(self) -> list[Point]:
         law, found = self.setting.law, []
@@ -144,11 +310,30 @@ class ReserveAt:
 
     def __init__(self, whole: Reserve, theta: np.ndarray, omega: np.ndarray) -> None:
         self.whole, self.theta, self.omega = whole, np.asarray(theta, float), omega
-        self.K = [(g.law(theta), g.modal_law(theta)) for g in whole.groups]
+        self._matrices: dict[Law, LawMatrices] = {}
+        self.K = [
+            (self.matrices(Law(g.subject.name)), self.matrices(Law(g.subject.name, modal=True))) for g in whole.groups
+        ]
         self.M = [
             (g.loop.closed(K[0], omega), g.modal_loop.closed(K[1], omega))
             for g, K in zip(whole.groups, self.K, strict=True)
         ]
+
+    def matrices(self, law: Law) -> LawMatrices:
+        """A law's matrices and their derivatives, computed once."""
+        if law not in self._matrices:
+            self._matrices[law] = self.whole.law(law)(self.theta)
+        return self._matrices[law]
+
+    def damping(self, loops: Loops, damping: float, decay: float = 0.0) -> Rows:
+        """Rows of a damping ratio and a decay rate [1/s] that every root of the loops keeps."""
+        found = [damping_rows(loop, self.matrices(law), damping, decay) for law, loop in loops]
+        return np.concatenate([v for v, _ in found]), np.vstack([d for _, d in found])
+
+    def peak(self, loops: Loops, limit: float) -> Rows:
+        """Rows of σ_max(S) at the commands of the loops, at its highest crests."""
+        found = [_peak_rows(loop, self.matrices(law), limit) for law, loop in loops]
+        return np.concatenate([v for v, _ in found]), np.vstack([d for _, d in found])
 
     def rows(self, name: str, alpha: float) -> Rows:
         """Rows of a balanced disk margin α at a point: 1 − α |S − ½| at the highest crests of every locus."""
@@ -208,25 +393,50 @@ class ReserveAt:
 
     def _crests(self, z: np.ndarray, slope, alpha: float) -> Rows:
         size = np.abs(z)
-        crest = np.flatnonzero(np.r_[True, size[1:] >= size[:-1]] & np.r_[size[:-1] >= size[1:], True])
-        crest = crest[np.argsort(-size[crest])][:CRESTS]
-        crest = np.r_[crest, np.full(CRESTS - len(crest), crest[0])]
         values, slopes = [], []
-        for at in crest:
+        for at in _highest(size):
             values.append(1 - alpha * size[at])
             slopes.append(-alpha * (z[at].conj() * slope(at)).real / size[at])
         return np.array(values), np.array(slopes)
 
 
+def _highest(size: np.ndarray) -> np.ndarray:
+    """Places of the highest crests, `CRESTS` of them; the highest again where there are fewer."""
+    crest = np.flatnonzero(np.r_[True, size[1:] >= size[:-1]] & np.r_[size[:-1] >= size[1:], True])
+    crest = crest[np.argsort(-size[crest])][:CRESTS]
+    return np.r_[crest, np.full(CRESTS - len(crest), crest[0])]
+
+
+def _peak_rows(loop: Stacked, K: LawMatrices, limit: float) -> Rows:
+    """1 − σ_max(S)/limit at the commands, at the highest crests over the frequencies up to half the sampling rate."""
+    top = BAND[1] if loop.sample_time is None else min(BAND[1], np.pi / loop.sample_time)
+    omega = np.geomspace(BAND[0], top, len(GRID))
+    M, c = loop.closed(K, omega), loop.commands
+    left, sizes, right = np.linalg.svd(np.eye(c) + K.value[:c] @ M[:, :, :c])
+    values, slopes = [], []
+    for at in _highest(sizes[:, 0]):
+        u, v = left[at][:, 0].conj(), right[at][0].conj()
+        row, column = u @ (K.value[:c] @ M[at]), M[at][:, :c] @ v  # dS = S dK M
+        row[:c] += u
+        values.append(1 - sizes[at, 0] / limit)
+        slopes.append(-np.einsum("m,jmp,p->j", row, K.slope, column, optimize=True).real / limit)
+    return np.array(values), np.array(slopes)
+
+
 def delayed(point: Point, groups: Sequence[GroupLoops], dead_time: float) -> list[tuple[Stacked, bool]]:
     """Loops with a dead time [s] at a point, one a part: (loop, whether its commands are the modal signals)."""
-    return [(_with_dead_time(groups[part.group], part, dead_time, point.name), part.modal) for part in point.parts]
+    found = []
+    for part in point.parts:
+        group = groups[part.group]
+        loop = group.modal_loop if part.modal else group.loop
+        found.append((with_dead_time(loop, part, dead_time, point.name), part.modal))
+    return found
 
 
-def _with_dead_time(group: GroupLoops, part: Part, dead_time: float, name: str) -> Stacked:
+def with_dead_time(loop: Stacked, part: Part, dead_time: float, name: str) -> Stacked:
     """The part's directions of commands or sensors pass a fraction in place of a dead time."""
-    loop, left, right = group.modal_loop if part.modal else group.loop, part.left, part.right
-    a, b, c, d = _pade(dead_time)
+    left, right = part.left, part.right
+    a, b, c, d = pade(dead_time, PADE)
     r = len(left)
     A, B, C, D = (np.kron(np.eye(r), matrix) for matrix in (a, b, c, d))
     n, k = len(loop.A0), len(A)
@@ -244,16 +454,3 @@ def _with_dead_time(group: GroupLoops, part: Part, dead_time: float, name: str) 
         E[:n, : loop.commands] = acts - acts @ right @ left + acts @ right @ D @ left
         E[n:, : loop.commands] = B @ left
     return Stacked(name, A0, E, F, loop.commands, loop.sensors, loop.sample_time)
-
-
-def _pade(dead_time: float) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """(A, B, C, D) of the fraction of order `PADE` that stands for e^{−sT}."""
-    from scipy.signal import tf2ss
-
-    coefficients = [1.0]
-    for k in range(1, PADE + 1):
-        coefficients.append(coefficients[-1] * (PADE - k + 1) / (k * (2 * PADE - k + 1)))
-    rising = [c * dead_time**k for k, c in enumerate(coefficients)]
-    denominator = rising[::-1]
-    numerator = [c * (-1) ** k for k, c in enumerate(rising)][::-1]
-    return tf2ss(numerator, denominator)

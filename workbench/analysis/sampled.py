@@ -83,7 +83,7 @@ def sampled_loop(
             f"got {1e3 * computing_delay:g} ms. Sample more slowly, or compute faster."
         )
     seen = plant.select(inputs=commands, outputs=sensors)
-    A, B, C, D = _closed(_sampled(seen, T, computing_delay), moving(law))
+    A, B, C, D = _closed(between_samples(seen, T, computing_delay), moving(law))
     closed = Realisation(A, B, C[len(sensors) :], D[len(sensors) :])
     for matrix in closed:
         _check_range(matrix)
@@ -113,12 +113,12 @@ def moving(law: DiscreteLaw) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.nda
 
 def closed_map(plant: Plant, law: DiscreteLaw, commands, sensors, computing_delay: float = 0.0):
     """(A, B, C, D) from sample to sample of the closed loop, from command errors to the sensors the law reads."""
-    A, B, C = _sampled(plant.select(inputs=commands, outputs=sensors), law.sample_time, computing_delay)
+    A, B, C = between_samples(plant.select(inputs=commands, outputs=sensors), law.sample_time, computing_delay)
     A, B, C, D = _closed((A, B, C), moving(law))
     return A, B, C[: len(sensors)], D[: len(sensors)]
 
 
-def _sampled(plant: Plant, T: float, delay: float):
+def between_samples(plant: Plant, T: float, delay: float):
     """(A, B, C) from new commands to sensors, from sample to sample; see `lti.hold`."""
     between = held(Model("plant", plant), T, delay).plant
     return between.A, between.B, between.C
@@ -147,7 +147,7 @@ def _reserve(plant: Plant, law: DiscreteLaw, delay: float) -> float:
     """From a stable delay to the nearest one, on a grid of half samples and then by bisection, that is not."""
 
     def stable(value: float) -> bool:
-        A, *_ = _closed(_sampled(plant, law.sample_time, value), moving(law))
+        A, *_ = _closed(between_samples(plant, law.sample_time, value), moving(law))
         return bool(np.abs(np.linalg.eigvals(A)).max() < 1)
 
     low = high = delay

@@ -85,6 +85,18 @@ def variations(setting: Setting, gains: Gains) -> tuple[Varied, ...]:
     return tuple(found)
 
 
+def names(setting: Setting) -> tuple[str, ...]:
+    """Names of the variations that mean something for a setting."""
+    kinds = [kind for kind, parts in KINDS.items() if any(_used(s, parts) for s in setting.subjects)]
+    found = [f"scale:{kind}:{factor:g}" for kind in kinds for factor in SCALES]
+    if setting.elsewhere is not None:
+        found += [f"mass:{factor:g}" for factor in MASSES] + [f"force:{factor:g}" for factor in FORCES]
+    if set(setting.groups) == set(GROUPS):
+        found += [f"lost:{name.removeprefix('command_')}" for name in setting.law.commands]
+        found += [f"dead:{name}" for name in setting.law.sensors]
+    return tuple(found)
+
+
 def _losses(setting: Setting, gains: Gains) -> list[Varied]:
     """Each command at zero, each sensor at zero: the groups meet then, and the vehicle is taken whole."""
     whole, law = subject(setting.plant, setting.law, "all"), setting.law

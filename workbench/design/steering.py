@@ -12,6 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
+from workbench.analysis.loop_rows import Reserve
 from workbench.compiled import Buffered
 from workbench.control.gains import GAIN_NAMES, TIME_CONSTANTS, Gains
 from workbench.design.measures import STEERING, Grid, GroupMeasures, static_error_function
@@ -58,6 +59,7 @@ class Programme:
     grid : frequencies of the quadrature and of the sensitivity
     groups, static : measures of each group, with the frequencies watched beside the grid's; of rest. Made if left out
     factors : of mean squares by class: what the grid was off from an exact measure
+    kept : loops beside the nominal one, made when a goal asks for them
     """
 
     problem: Problem
@@ -67,6 +69,7 @@ class Programme:
     groups: tuple[GroupMeasures, ...] = ()
     static: Buffered | None = None
     factors: Mapping[str, float] = field(default_factory=dict)
+    kept: dict[str, Reserve] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if not self.groups:
@@ -234,7 +237,7 @@ class Programme:
                 squares[name] = squares.get(name, 0.0) + factor * value
                 slopes[name] = slopes.get(name, 0.0) + factor * slope
         return Evaluated(
-            self.problem.setting, self.groups, theta, self.back_off, responses, squares, slopes, self.static
+            self.problem.setting, self.groups, theta, self.back_off, responses, squares, slopes, self.static, self.kept
         )
 
 

@@ -12,6 +12,7 @@ from workbench.errors import InputError
 from workbench.files.table import LARGEST, MOST, si_keys
 from workbench.goals.goal import Goal
 from workbench.goals.registry import GOALS, class_of, goal, keys_of
+from workbench.goals.ride.reserve import Reserve
 from workbench.machine.reading import shown
 
 MOST_POINTS = 10_000  # numbers in one value
@@ -21,15 +22,19 @@ WORDS: Mapping[Any, str] = {
 }  # fmt: skip
 
 
-def goal_of(keys: Mapping[str, Any]) -> Goal:
-    """The goal of a table; raises InputError for what the kind does not know or cannot use."""
+def goal_of(keys: Mapping[str, Any], *, vehicle: bool = False) -> Goal:
+    """The goal of a table; raises InputError for what the kind does not know or cannot use.
+
+    vehicle : whether it is asked of a vehicle, whose goals are those of `goals.ride.reserve`
+    """
     kind = keys.get("kind")
     if not isinstance(kind, str):
         raise InputError(f"a goal must have a kind, such as 'margins'; got {shown(kind)}.")
     cls = class_of(kind)
-    if cls.bind is Goal.bind:
-        ours = ", ".join(sorted(word for word, other in GOALS.items() if other.bind is not Goal.bind))
-        raise InputError(f"a goal of kind {kind!r} is of a vehicle; a plant of its own can have {ours}.")
+    if not _is_for(cls, vehicle):
+        ours = ", ".join(sorted(word for word, other in GOALS.items() if _is_for(other, vehicle)))
+        whose = "a vehicle" if vehicle else "a plant of its own"
+        raise InputError(f"a goal of kind {kind!r} cannot be stated so here; {whose} can have {ours}.")
     known = {key.name: key for key in keys_of(kind)}
     try:
         given = si_keys({key: value for key, value in keys.items() if key != "kind"}, tuple(known))
@@ -52,6 +57,11 @@ def goal_of(keys: Mapping[str, Any]) -> Goal:
         return goal(kind, given)
     except OverflowError as error:
         raise InputError(f"a goal of kind {kind!r} must have limits that a number can hold; they do not.") from error
+
+
+def _is_for(cls: type[Goal], vehicle: bool) -> bool:
+    """Whether goals of a class are stated in blocks [[goal]] of such a plant."""
+    return issubclass(cls, Reserve) if vehicle else cls.bind is not Goal.bind
 
 
 def _fits(value: Any, wanted: Any) -> bool:

@@ -21,6 +21,7 @@ from workbench.design.scheduled import Plan
 from workbench.design.variation import Box, Variation
 from workbench.errors import InfeasibleError, InputError, unknown_name
 from workbench.files.digest import check_digest
+from workbench.files.goal import goal_of
 from workbench.files.own_plant import OwnData, is_own, own_problem_data
 from workbench.files.physics import (
     CornerBlock,
@@ -33,6 +34,7 @@ from workbench.files.physics import (
 from workbench.files.problem_code import maker
 from workbench.files.schema import ProblemFile
 from workbench.files.table import sentence
+from workbench.goals.goal import Goal
 from workbench.goals.ride.cost import RideCost
 from workbench.goals.ride.requirement import Requirement, limit_keys, requirement_of
 from workbench.machine.reading import read_mapping, read_text
@@ -217,6 +219,10 @@ class ProblemData:
         """The limits in SI units, in the order in which kinds are registered."""
         return _limits(self.file.requirements.limits() if self.file.requirements else None) or ()
 
+    def goals(self) -> tuple[Goal, ...]:
+        """The limits, what the blocks [[goal]] ask for, and the cost of the ride."""
+        return (*self.requirements(), *(goal_of(keys, vehicle=True) for keys in self.file.goal), RideCost())
+
     def points(self) -> dict[str, tuple[float, float, float]]:
         """Places at which the ride is judged, (x, y, z) from the cg [m]."""
         v = self.file.vehicle
@@ -296,7 +302,7 @@ class ProblemData:
         setting = self.setting(vehicle)
         approved = Gains.from_mapping(fixed) if not bounds else self.approved
         return Problem(
-            name=self.name, title=d.problem.title, goals=(*self.requirements(), RideCost()), approved=approved,
+            name=self.name, title=d.problem.title, goals=self.goals(), approved=approved,
             models=VehicleModels(setting=setting, vehicle=vehicle, rebuild=self.setting, elsewhere=self.elsewhere),
             structure=vehicle_structure(setting.law, bounds, fixed, approved),
             variation=self.variation(), plan=self.plan(),

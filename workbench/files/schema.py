@@ -2,7 +2,7 @@
 
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, ConfigDict, Field, JsonValue, model_validator
 
 from workbench.control.gains import GAIN_NAMES
 from workbench.design.variation import PARAMETERS
@@ -265,6 +265,7 @@ class ProblemFile(BaseModel):
     variation: VariationBlock | None = None
     model: Annotated[tuple[ModelBlock, ...], Field(max_length=60)] = ()
     schedule: ScheduleBlock | None = None
+    goal: Annotated[tuple[dict[str, JsonValue], ...], Field(max_length=100)] = ()
 
     @model_validator(mode="after")
     def apart(self) -> "ProblemFile":

@@ -4,12 +4,22 @@ data key, limit --> Requirement --steer(Evaluated)--> rows --judge(Flown)--> Ver
 """
 
 from workbench.goals.registry import register
+from workbench.goals.ride.break_point import DelayMargin, DiskMargin, GainMargin, PhaseMargin
 from workbench.goals.ride.cost import RideCost
 from workbench.goals.ride.currents import MeanSquareCurrents
 from workbench.goals.ride.damping_ratio import DampingRatio
 from workbench.goals.ride.decay_rate import DecayRate
 from workbench.goals.ride.delay_margin import PatternDelayMargin
 from workbench.goals.ride.motor_current import MotorCurrent
+from workbench.goals.ride.other_loop import (
+    FrozenDamping,
+    SampledDamping,
+    SampledDecay,
+    SampledPeak,
+    VariedDamping,
+    VariedDecay,
+    VariedPeak,
+)
 from workbench.goals.ride.peak_change import PeakGapChange
 from workbench.goals.ride.peak_sensitivity import PeakSensitivity
 from workbench.goals.ride.ride_mask import RideMask
@@ -18,6 +28,7 @@ from workbench.goals.ride.static_error import StaticGapError
 
 for cls in (
     DampingRatio, DecayRate, PeakSensitivity, PatternDelayMargin, RmsGap, MeanSquareCurrents, StaticGapError,
-    PeakGapChange, RideMask, MotorCurrent, RideCost,
+    PeakGapChange, RideMask, MotorCurrent, RideCost, DiskMargin, GainMargin, PhaseMargin, DelayMargin, VariedDamping,
+    VariedDecay, VariedPeak, SampledDamping, SampledDecay, SampledPeak, FrozenDamping,
 ):  # fmt: skip
     register(cls)

@@ -4,12 +4,13 @@ theta --> responses, mean squares (always) | poles, static errors, sensor noise 
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Protocol
 
 import numpy as np
 
+from workbench.analysis.loop_rows import Reserve, ReserveAt
 from workbench.analysis.setting import Setting
 from workbench.control.loop import Subject
 
@@ -61,6 +62,7 @@ class Evaluated:
     back_off : relative distance kept from every limit;  responses : of each group
     squares, slopes : mean squares over all groups by class, and their derivatives (17,)
     static_function : theta -> (gaps,), (gaps, 17), as of `design.measures.static_error_function`
+    kept : what is made once for all points of a search
     """
 
     setting: Setting
@@ -71,6 +73,14 @@ class Evaluated:
     squares: Mapping[str, float]
     slopes: Mapping[str, np.ndarray]
     static_function: Callable
+    kept: dict[str, Reserve] = field(default_factory=dict)
+
+    @cached_property
+    def reserve(self) -> ReserveAt:
+        """The loops beside the nominal one, and the break points."""
+        if not self.kept:
+            self.kept["reserve"] = Reserve(self.setting)
+        return self.kept["reserve"].evaluated(self.theta)
 
     @cached_property
     def poles(self) -> list[tuple[np.ndarray, np.ndarray]]:

@@ -6,8 +6,10 @@ from functools import cached_property
 import numpy as np
 
 from workbench.analysis.analysis import Analysis, analyse
+from workbench.analysis.break_points import BreakPoint, break_points
 from workbench.analysis.comfort_summary import ComfortSummary, comfort_summary
 from workbench.analysis.setting import Setting
+from workbench.analysis.variations import Varied, variations
 from workbench.control import Gains
 from workbench.control.loop import Subject
 from workbench.lti.plant import Plant
@@ -40,6 +42,16 @@ class Flown:
     def stable(self) -> bool:
         """Whether every root decays."""
         return all(poles.real.max() < 0 for poles in self.poles)
+
+    @cached_property
+    def break_points(self) -> tuple[BreakPoint, ...]:
+        """Margins wherever the loop may be broken."""
+        return break_points(self.setting, self.gains)
+
+    @cached_property
+    def variations(self) -> tuple[Varied, ...]:
+        """The loop under variations and losses."""
+        return variations(self.setting, self.gains)
 
     @cached_property
     def comfort(self) -> ComfortSummary:

@@ -75,6 +75,7 @@ class Requirement(Goal):
     in_analysis : whether the JSON of an analysis holds the value, at `quantities`
     boxed : whether the checker of gain tables can prove it over boxes of factors and ranges of speed
     by_group : whether there is a verdict and a promise for each group of motion
+    by_key : whether one key of [requirements] states it; else a block [[goal]]
     """
 
     corners = False
@@ -86,6 +87,7 @@ class Requirement(Goal):
     in_analysis: ClassVar[bool] = False
     boxed: ClassVar[bool] = False
     by_group: ClassVar[bool] = False
+    by_key: ClassVar[bool] = True
 
     limit: float = field(kw_only=False)
     hard: bool = True
@@ -113,7 +115,7 @@ class Requirement(Goal):
     def check_class(cls) -> None:
         lacks = [] if cls.steer is not Requirement.steer else ["steer()"]
         lacks += ["found()"] if cls.found is Requirement.found and cls.judge is Requirement.judge else []
-        keys = [cls.all_keys(kind) for kind in cls.all_kinds()]
+        keys = [cls.all_keys(kind) for kind in cls.all_kinds()] if cls.by_key else []
         lacks += ["one key of data files for each of its kinds"] if any(len(own) != 1 for own in keys) else []
         if lacks:
             raise InputError(f"{cls.__name__} must define {', '.join(lacks)}; it does not. Add what is missing.")
@@ -265,8 +267,8 @@ def requirement_class(name: str) -> type[Requirement]:
 
 
 def required_kinds() -> tuple[str, ...]:
-    """Names of all requirements, in the order in which they were registered."""
-    return tuple(kind for kind, cls in GOALS.items() if issubclass(cls, Requirement))
+    """Names of all requirements that a key of [requirements] states, in the order in which they were registered."""
+    return tuple(kind for kind, cls in GOALS.items() if issubclass(cls, Requirement) and cls.by_key)
 
 
 def margin_kinds() -> tuple[str, ...]:

@@ -1,0 +1,248 @@
+"""Damping, decay and peak sensitivity of loops that are not the nominal one: varied, sampled, frozen at other gaps.
+
+Source: guide, Definitions: Variations and losses; Sampled loop; Frozen loop at a gap offset.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from workbench.analysis.frozen import HEAVE, SWAY, frozen
+from workbench.analysis.sampled_cases import sampled_cases
+from workbench.analysis.setting import Setting
+from workbench.errors import InputError
+from workbench.goals.goal import Rows
+from workbench.goals.key import Key
+from workbench.goals.ride.evaluated import Evaluated
+from workbench.goals.ride.flown import Flown
+from workbench.goals.ride.requirement import Found
+from workbench.goals.ride.reserve import Reserve, chosen, right_hand
+
+WORDS = ("scale", "mass", "force", "lost", "dead")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Varied(Reserve):
+    """One figure of the loop under variations, the worst one.
+
+    variations : names such as "mass:0.85", "dead:gap_1", or "scale:*", "lost:*" for all of a family
+    """
+
+    of_roots = True
+
+    variations: tuple[str, ...] = ("scale:*", "mass:*", "force:*")
+
+    def looked_at(self) -> str:
+        return ", ".join(self.variations)
+
+    def check(self, problem: str, setting: Setting) -> None:
+        from workbench.analysis.variations import names
+
+        chosen(self.variations, names(setting), {}, "variation")
+
+    def steered(self, point: Evaluated) -> list[str]:
+        """Those whose rows differ from another's."""
+        from workbench.analysis.variations import names
+
+        return [
+            n for n in chosen(self.variations, names(point.setting), {}, "variation") if self._own(point.setting, n)
+        ]
+
+    @staticmethod
+    def _own(setting: Setting, name: str) -> bool:
+        word, _, rest = name.partition(":")
+        return word not in ("lost", "dead") or right_hand(setting, rest if word == "dead" else f"command_{rest}")
+
+    def among(self, loop: Flown):
+        """The variations looked at."""
+        at = {v.name: v for v in loop.variations}
+        return [at[name] for name in chosen(self.variations, tuple(at), {}, "variation")]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class VariedDamping(Varied):
+    """The damping ratio under every variation is at least this; a real root that grows counts −1."""
+
+    kind, sense, unit = "damping ratio under variations", ">=", "1"
+    keys = (Key("at_least", "limit"), Key("variations"))
+
+    def steer(self, point: Evaluated) -> Rows:
+        at, asked = point.reserve, self.asked_at(point.back_off)
+        return [(f"damping under {n}", *at.damping(at.whole.varied(n), asked)) for n in self.steered(point)]
+
+    def found(self, loop: Flown) -> Found:
+        return [min((v.damping, v.name) for v in self.among(loop))]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class VariedDecay(Varied):
+    """The decay rate under every variation is at least this."""
+
+    kind, sense, unit = "decay rate under variations", ">=", "1/s"
+    keys = (Key("at_least_per_s", "limit"), Key("variations"))
+
+    def steer(self, point: Evaluated) -> Rows:
+        at, asked = point.reserve, self.asked_at(point.back_off)
+        return [(f"decay under {n}", *at.damping(at.whole.varied(n), 0.0, asked)) for n in self.steered(point)]
+
+    def found(self, loop: Flown) -> Found:
+        return [min((v.decay, v.name) for v in self.among(loop))]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class VariedPeak(Varied):
+    """The peak sensitivity under every variation is at most this."""
+
+    kind, sense, unit = "peak sensitivity under variations", "<=", "1"
+    keys = (Key("at_most", "limit"), Key("variations"))
+
+    def steer(self, point: Evaluated) -> Rows:
+        at, asked = point.reserve, self.asked_at(point.back_off)
+        return [(f"peak sensitivity under {n}", *at.peak(at.whole.varied(n), asked)) for n in self.steered(point)]
+
+    def found(self, loop: Flown) -> Found:
+        among = self.among(loop)
+        unstable = [v.name for v in among if v.peak_sensitivity is None]
+        if unstable:
+            return [(None, f"{unstable[0]}, unstable")]
+        return [max((v.peak_sensitivity, v.name) for v in among if v.peak_sensitivity is not None)]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sampled(Reserve):
+    """One figure of the loop as a computer runs it.
+
+    sample_time : [s];  delay_samples : of computing, whole or a part
+    """
+
+    of_roots = True
+
+    sample_time: float = 0.001
+    delay_samples: float = 1.0
+
+    def __post_init__(self) -> None:
+        if not (0 < self.sample_time < float("inf") and 0 <= self.delay_samples <= 50):
+            raise InputError(
+                "a sampled loop must have a positive sample time and 0 … 50 samples of delay; got "
+                f"{self.sample_time!r} s and {self.delay_samples!r}. Give sample_time_ms = 1.0, delay_samples = 1.0."
+            )
+        Reserve.__post_init__(self)
+
+    def looked_at(self) -> str:
+        return f"sampled at {1e3 * self.sample_time:g} ms with {self.delay_samples:g} of delay"
+
+    def loops(self, point: Evaluated):
+        """Of every group."""
+        return point.reserve.whole.sampled(self.sample_time, self.delay_samples * self.sample_time)
+
+    def case(self, loop: Flown):
+        """The loop judged."""
+        return sampled_cases(loop.setting, loop.gains, [(self.sample_time, self.delay_samples)])[0]
+
+    @property
+    def where(self) -> str:
+        """For people."""
+        return self.looked_at()
+
+
+SAMPLED = (Key("sample_time_ms", "sample_time", factor=1e-3), Key("delay_samples"))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SampledDamping(Sampled):
+    """The damping ratio of ln(z)/T is at least this."""
+
+    kind, sense, unit = "sampled damping ratio", ">=", "1"
+    keys = (Key("at_least", "limit"), *SAMPLED)
+
+    def steer(self, point: Evaluated) -> Rows:
+        return [(self.name, *point.reserve.damping(self.loops(point), self.asked_at(point.back_off)))]
+
+    def found(self, loop: Flown) -> Found:
+        return [(self.case(loop).damping, self.where)]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SampledDecay(Sampled):
+    """The decay rate of ln(z)/T is at least this."""
+
+    kind, sense, unit = "sampled decay rate", ">=", "1/s"
+    keys = (Key("at_least_per_s", "limit"), *SAMPLED)
+
+    def steer(self, point: Evaluated) -> Rows:
+        return [(self.name, *point.reserve.damping(self.loops(point), 0.0, self.asked_at(point.back_off)))]
+
+    def found(self, loop: Flown) -> Found:
+        return [(self.case(loop).decay, self.where)]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SampledPeak(Sampled):
+    """The peak sensitivity of the sampled loop is at most this in every group."""
+
+    kind, sense, unit = "sampled peak sensitivity", "<=", "1"
+    keys = (Key("at_most", "limit"), *SAMPLED)
+
+    def steer(self, point: Evaluated) -> Rows:
+        return [(self.name, *point.reserve.peak(self.loops(point), self.asked_at(point.back_off)))]
+
+    def found(self, loop: Flown) -> Found:
+        peaks = self.case(loop).peak_sensitivity
+        if any(peak is None for peak in peaks.values()):
+            return [(None, f"{self.where}, unstable")]
+        return [max((peak, f"{group}, {self.where}") for group, peak in peaks.items() if peak is not None)]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FrozenDamping(Reserve):
+    """The damping ratio frozen at every pair of gap offsets is at least this.
+
+    heave, sway : offsets [m]
+    """
+
+    kind, sense, unit = "damping ratio at gap offsets", ">=", "1"
+    keys = (Key("at_least", "limit"), Key("heave_m", "heave"), Key("sway_m", "sway"))
+    of_roots = True
+
+    heave: tuple[float, ...] = HEAVE
+    sway: tuple[float, ...] = SWAY
+
+    def __post_init__(self) -> None:
+        for name in ("heave", "sway"):
+            object.__setattr__(self, name, tuple(float(v) for v in getattr(self, name)))
+        Reserve.__post_init__(self)
+
+    def looked_at(self) -> str:
+        return f"heave {_span(self.heave)} m, sway {_span(self.sway)} m"
+
+    def check(self, problem: str, setting: Setting) -> None:
+        if setting.offsets is None:
+            raise InputError(
+                f"{self.name!r} can be required only where the coils are known; problem {problem!r} has a plant alone. "
+                "Give the vehicle."
+            )
+
+    def steer(self, point: Evaluated) -> Rows:
+        asked, at = self.asked_at(point.back_off), point.reserve
+        mirrored = right_hand(point.setting, "gap_1")
+        sides = dict.fromkeys(abs(y) if mirrored else y for y in self.sway)
+        found: Rows = []
+        for h in self.heave:
+            for y in sides:
+                loops = at.whole.frozen(h, y)
+                if loops:
+                    found.append((f"damping at {h:+.2g} m, {y:+.2g} m", *at.damping(loops, asked)))
+        return found
+
+    def found(self, loop: Flown) -> Found:
+        at = frozen(loop.setting, loop.gains, heave=self.heave, sway=self.sway)
+        if not at:
+            return [(None, "the printed coefficients are not those of the coils; give force_law.kind 'corner'")]
+        lost = [f for f in at if f.damping is None]
+        if lost:
+            return [(None, f"no current carries the weight at {lost[0].heave:+g} m, {lost[0].sway:+g} m")]
+        worst = min(at, key=lambda f: f.damping if f.damping is not None else 0.0)
+        return [(worst.damping, f"heave {worst.heave:+g} m, sway {worst.sway:+g} m")]
+
+
+def _span(values: Sequence[float]) -> str:
+    return f"{min(values):g} … {max(values):g}"
