@@ -16,6 +16,7 @@ from workbench.analysis.break_points import KINDS, PATTERNS
 from workbench.analysis.frozen import groups_at
 from workbench.analysis.sampled import between_samples
 from workbench.analysis.setting import Setting
+from workbench.analysis.variations import names
 from workbench.control.law import CHANNELS, MODAL
 from workbench.control.loop import Subject, subject
 from workbench.control.loop.affine import LawFunction, LawMatrices, Stacked
@@ -39,15 +40,16 @@ def point_names(setting: Setting) -> tuple[str, ...]:
 
 def damping_rows(loop: Stacked, K: LawMatrices, damping: float, decay: float = 0.0) -> Rows:
     """The roots of a loop that miss, or nearly miss, a damping ratio and a decay rate [1/s]: the worst ones."""
-    values, slopes = loop.roots(K)
-    size = np.abs(values)
+
+    def room(values: np.ndarray) -> np.ndarray:
+        size = np.abs(values)
+        return (-values.real - damping * size - decay) / np.sqrt(size**2 + REFERENCE**2)
+
+    values, slopes = loop.roots(K, lambda values: np.argsort(room(values))[:WORST])
+    row, size = room(values), np.abs(values)
     along = (values.conj()[:, None] * slopes).real / np.maximum(size, 1e-12)[:, None]  # derivative of |λ|
-    room = -values.real - damping * size - decay
     scale = np.sqrt(size**2 + REFERENCE**2)
-    row = room / scale
-    slope = (-slopes.real - damping * along) / scale[:, None] - (row * size / scale**2)[:, None] * along
-    worst = np.argsort(row)[:WORST]
-    return row[worst], slope[worst]
+    return row, (-slopes.real - damping * along) / scale[:, None] - (row * size / scale**2)[:, None] * along
 
 
 @dataclass(frozen=True)
@@ -129,6 +131,7 @@ class Reserve:
         self._subjects = {s.name: s for s in setting.subjects}
         self._laws: dict[Law, LawFunction] = {}
         self._loops: dict[tuple, Loops] = {}
+        self.variations = names(setting)
 
     def law(self, which: Law) -> LawFunction:
         """The law's matrices as a function of θ."""
@@ -367,7 +370,7 @@ class ReserveAt:
         else:  # dS = S dK M
             row, column = out @ (K.value[:size, :] @ M), M[:, :size] @ into
             row[:size] += out
-        return np.einsum("m,jmp,p->j", row, K.slope, column, optimize=True)
+        return (K.slope @ column) @ row
 
     def _scalar(self, point: Point):
         S = 1 + sum(self._beyond(part)[:, 0, 0] for part in point.parts)
@@ -419,7 +422,7 @@ def _peak_rows(loop: Stacked, K: LawMatrices, limit: float) -> Rows:
         row, column = u @ (K.value[:c] @ M[at]), M[at][:, :c] @ v  # dS = S dK M
         row[:c] += u
         values.append(1 - sizes[at, 0] / limit)
-        slopes.append(-np.einsum("m,jmp,p->j", row, K.slope, column, optimize=True).real / limit)
+        slopes.append(-((K.slope @ column) @ row).real / limit)
     return np.array(values), np.array(slopes)
 
 

@@ -13,6 +13,7 @@ import numpy as np
 from workbench.analysis.analysis import Analysis, analyse
 from workbench.control import Gains
 from workbench.control.gains import GAIN_NAMES
+from workbench.design.brought import bringer, nominal
 from workbench.design.problem import Problem
 from workbench.design.record import DIGITS, Design, Start, given
 from workbench.design.refusal import refusal
@@ -47,6 +48,7 @@ CUT_SHORT = KeyboardInterrupt, BudgetEnded  # what was verified by then is kept
 ALL_STARTS, FEW_STARTS = 0.4, 0.8  # of the time left, after which no start is awaited; if none has ended yet
 WIND_UP = 5.0  # [s] for making something of the starts that had ended before an interrupt
 MOST_STARTS = 10_000  # hours of work, and the largest number that anybody means
+FEW_BROUGHT = 2  # distinct valleys to which goals of other loops are brought
 FINISHED = 3  # distinct valleys brought to the wanted sensitivity
 
 # Where random starts are centred: the report's gains with K_heave = K_sway = 1, the lateral filters shortened to 0.2 s,
@@ -159,12 +161,45 @@ def _smooth_design(problem, starts, seed, solver, start, workers, on_start, mode
         return robust_design(problem, Variation(models=named), start=start, **options).design
     with one_thread():  # matrices of order 15 are slower on two threads than on one
         programme = Programme(problem, back_off=BACK_OFFS[0])  # refuses what cannot be designed, before any process
+        first = problem.with_requirements(nominal(problem.requirements))
+        beside = len(first.requirements) < len(problem.requirements)
         jobs = jobs_of(problem, starts, seed, solver, start)
         warm = [programme.start(gains) for gains in ([start] if start else []) + list(near)]
-        outcomes, log = relaxed_starts(problem, jobs, workers, on_start)
-        candidates = [*(o.x for o in distinct(outcomes)[:FINISHED]), *warm]
+        if beside and not warm and problem.gains is not None:
+            warm = [programme.x(problem.gains)]
+        outcomes, log = relaxed_starts(first, jobs, workers, on_start)
+        candidates = [o.x for o in distinct(outcomes)[: FEW_BROUGHT if beside else FINISHED]]
         with keeping(time_after(len(log) == len(jobs))):
-            return finished(problem, programme, candidates, tuple(log), seed, solver)
+            if not beside:
+                return finished(problem, programme, [*candidates, *warm], tuple(log), seed, solver)
+            at_limits = _brought(problem, first, candidates, warm, workers, solver)
+            return finished(problem, programme, [*candidates, *warm], tuple(log), seed, solver, at_limits)
+
+
+def _brought(problem: Problem, first: Problem, candidates, warm, workers: int, solver: str) -> list[Outcome]:
+    """Candidates for the nominal loop taken to all requirements, on processes; what is warm goes straight there."""
+    near = Programme(first, back_off=BACK_OFFS[0])
+    jobs = [finish(near, x, solver=solver)[0].x for x in candidates]
+    found: dict[int, Outcome] = {}
+    try:
+        whole = Programme(problem, back_off=BACK_OFFS[0])
+        found |= {-1 - k: finish(whole, x, (1.0,), solver=solver)[0] for k, x in enumerate(warm)}
+        found |= ends(jobs, _bringing, problem, workers=workers, work="a design")
+    except CUT_SHORT:
+        if not found:
+            raise
+    return [found[k] for k in sorted(found)]
+
+
+def _bringing(problem: Problem) -> Callable[[np.ndarray], Outcome]:
+    """What brings one candidate after another."""
+    brought = bringer(problem, BACK_OFFS[0])
+
+    def run(x: np.ndarray) -> Outcome:
+        with one_thread():
+            return brought(x)
+
+    return run
 
 
 def refine(problem: Problem, start: Gains, *, solver: str = "slsqp", sampled: bool = True) -> Design:

@@ -8,7 +8,7 @@ E, other vehicles, gap offsets and dead times other A0. Sampled laws have a K of
 the samples.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import casadi as ca
@@ -131,20 +131,25 @@ class Stacked:
         """A(θ)."""
         return self.A0 + self.E @ K.value @ self.F
 
-    def roots(self, K: LawMatrices) -> tuple[np.ndarray, np.ndarray]:
-        """Roots (n,) [1/s] with Im ≥ 0 and their derivatives (n, 17); of a sampled loop ln(z)/T."""
+    def roots(
+        self, K: LawMatrices, worst: Callable[[np.ndarray], np.ndarray] | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Roots (k,) [1/s] with Im ≥ 0 and their derivatives (k, 17); of a sampled loop ln(z)/T.
+
+        worst : roots → positions of those that are wanted; all if left out
+        """
         values, right = np.linalg.eig(self.state_matrix(K))
         left = np.linalg.inv(right)
         upper = values.imag >= 0
         if self.sample_time is not None:
             upper &= np.abs(values) > 1e-9
-        values = values[upper]
-        into, out = left[upper] @ self.E, self.F @ right[:, upper]
-        slopes = np.einsum("im,jmp,pi->ij", into, K.slope, out, optimize=True)
-        if self.sample_time is None:
-            return values, slopes
-        T = self.sample_time
-        return np.log(values.astype(complex)) / T, slopes / (values[:, None] * T)
+        kept, T = np.flatnonzero(upper), self.sample_time
+        shown = values if T is None else np.log(np.where(upper, values, 1.0).astype(complex)) / T
+        if worst is not None:
+            kept = kept[worst(shown[kept])]
+        into, out = left[kept] @ self.E, self.F @ right[:, kept]
+        slopes = ((K.slope @ out) * into.T).sum(axis=1).T
+        return shown[kept], slopes if T is None else slopes / (values[kept, None] * T)
 
     def closed(self, K: LawMatrices, omega: np.ndarray) -> np.ndarray:
         """M (k, p, m): from what is added to K's outputs to K's inputs, the loop closed."""

@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
+from workbench.analysis.loop_rows import point_names
 from workbench.analysis.setting import Setting
 from workbench.goals.goal import Rows
 from workbench.goals.key import Key
@@ -45,8 +46,6 @@ class AtPoints(Reserve):
         return ", ".join(self.points)
 
     def check(self, problem: str, setting: Setting) -> None:
-        from workbench.analysis.loop_rows import point_names
-
         points_of(setting, self.points, point_names(setting))
 
     def steered_points(self, point: Evaluated) -> list[str]:

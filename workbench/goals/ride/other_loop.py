@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from workbench.analysis.frozen import HEAVE, SWAY, frozen
 from workbench.analysis.sampled_cases import sampled_cases
 from workbench.analysis.setting import Setting
+from workbench.analysis.variations import Varied as VariedLoop
+from workbench.analysis.variations import names
 from workbench.errors import InputError
 from workbench.goals.goal import Rows
 from workbench.goals.key import Key
@@ -16,8 +18,6 @@ from workbench.goals.ride.evaluated import Evaluated
 from workbench.goals.ride.flown import Flown
 from workbench.goals.ride.requirement import Found
 from workbench.goals.ride.reserve import Reserve, chosen, right_hand
-
-WORDS = ("scale", "mass", "force", "lost", "dead")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -35,24 +35,19 @@ class Varied(Reserve):
         return ", ".join(self.variations)
 
     def check(self, problem: str, setting: Setting) -> None:
-        from workbench.analysis.variations import names
-
         chosen(self.variations, names(setting), {}, "variation")
 
     def steered(self, point: Evaluated) -> list[str]:
         """Those whose rows differ from another's."""
-        from workbench.analysis.variations import names
-
-        return [
-            n for n in chosen(self.variations, names(point.setting), {}, "variation") if self._own(point.setting, n)
-        ]
+        known = chosen(self.variations, point.reserve.whole.variations, {}, "variation")
+        return [name for name in known if self._own(point.setting, name)]
 
     @staticmethod
     def _own(setting: Setting, name: str) -> bool:
         word, _, rest = name.partition(":")
         return word not in ("lost", "dead") or right_hand(setting, rest if word == "dead" else f"command_{rest}")
 
-    def among(self, loop: Flown):
+    def among(self, loop: Flown) -> list[VariedLoop]:
         """The variations looked at."""
         at = {v.name: v for v in loop.variations}
         return [at[name] for name in chosen(self.variations, tuple(at), {}, "variation")]

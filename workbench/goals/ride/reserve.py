@@ -22,6 +22,7 @@ class Reserve(Requirement):
     """One limit on a reserve of the law; several of a kind differ in their names."""
 
     by_key = False
+    beside = True
 
     def __post_init__(self) -> None:
         if not 0 < self.limit < float("inf"):

@@ -1,0 +1,41 @@
+"""Goals of other loops brought in one after another: what a search for gains begins without.
+
+    gains that meet the requirements of the nominal loop --+ one goal--> solved --+ the next--> … --> all of them
+
+Each goal of `goals.ride.reserve` adds tens of rows, far from met at first. All at once they lead a search astray, and
+cost it ten times as much at every step; one after another, each begins where the others hold.
+"""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from workbench.design.problem import Problem
+from workbench.design.solve import finish
+from workbench.design.steering import Programme
+from workbench.goals.ride.requirement import Requirement
+from workbench.solve.smooth import Options, Outcome, minimise
+
+ITERATIONS = 40  # of each goal brought in
+MET = -1e-3  # relative room of a goal that needs no solution of its own
+
+
+def nominal(requirements: Sequence[Requirement]) -> tuple[Requirement, ...]:
+    """The requirements that a search begins with: of the nominal loop."""
+    return tuple(r for r in requirements if not r.beside)
+
+
+def bringer(problem: Problem, back_off: float) -> Callable[[np.ndarray], Outcome]:
+    """From a solution for the nominal loop to one for all requirements; of a whole programme's variables."""
+    whole = Programme(problem, back_off=back_off)
+
+    def brought(x: np.ndarray) -> Outcome:
+        held = list(nominal(problem.requirements))
+        for goal in (r for r in problem.requirements if r.beside):
+            held.append(goal)
+            programme = whole.with_requirements(held)
+            if programme.at(x).constraints.min() < MET:
+                x = minimise(programme, x, Options("slp", iterations=ITERATIONS)).x
+        return finish(whole, x, (1.0,))[0]
+
+    return brought
