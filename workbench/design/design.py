@@ -13,7 +13,7 @@ import numpy as np
 from workbench.analysis.analysis import Analysis, analyse
 from workbench.control import Gains
 from workbench.control.gains import GAIN_NAMES
-from workbench.design.brought import bringer, nominal
+from workbench.design.brought import LAST, bringer, nominal
 from workbench.design.problem import Problem
 from workbench.design.record import DIGITS, Design, Start, given
 from workbench.design.refusal import refusal
@@ -183,7 +183,7 @@ def _brought(problem: Problem, first: Problem, candidates, warm, workers: int, s
     found: dict[int, Outcome] = {}
     try:
         whole = Programme(problem, back_off=BACK_OFFS[0])
-        found |= {-1 - k: finish(whole, x, (1.0,), solver=solver)[0] for k, x in enumerate(warm)}
+        found |= {-1 - k: finish(whole, x, (1.0,), options=LAST)[0] for k, x in enumerate(warm)}
         found |= ends(jobs, _bringing, problem, workers=workers, work="a design")
     except CUT_SHORT:
         if not found:
@@ -391,7 +391,9 @@ def _kept(problem: Problem, programme: Programme, best: _Judged, outcome: Outcom
 def _further(problem: Problem, programme: Programme, outcome: Outcome, solver: str) -> Iterator[_Judged]:
     """Rounded gains further and further from every limit."""
     for back_off in BACK_OFFS[1:]:
-        outcome, programme = finish(programme.with_back_off(back_off), outcome.x, (1.0,), solver=solver)
+        options = LAST if any(r.beside for r in problem.requirements) else None
+        stricter = programme.with_back_off(back_off)
+        outcome, programme = finish(stricter, outcome.x, (1.0,), solver=solver, options=options)
         yield _judged(problem, rounded(programme.gains(outcome.x)), outcome.binding)
 
 

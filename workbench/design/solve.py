@@ -88,13 +88,15 @@ def relaxed(programme: Steered, x: np.ndarray, *, solver: str = "slsqp") -> Outc
 
 
 def finish(
-    programme: Self, x: np.ndarray, factors: Sequence[float] = HOMOTOPY, *, solver: str = "slsqp"
+    programme: Self, x: np.ndarray, factors: Sequence[float] = HOMOTOPY, *, solver: str = "slsqp",
+    options: Options | None = None,
 ) -> tuple[Outcome, Self]:
     """From a relaxed solution to the wanted limits; what exact measures see and the grid does not is added until none.
 
     factors : multiples of the relaxed limits, solved in turn; the last is 1
+    options : instead of the solver's usual ones
     """
-    options, before = Options(solver), 0
+    options, before = options or Options(solver), 0
     for factor in factors[:-1]:
         relaxed = programme.with_relaxed(factor)
         if relaxed is not programme:
