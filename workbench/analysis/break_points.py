@@ -11,7 +11,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import block_diag
 
 from workbench.analysis.setting import Setting
 from workbench.control import Gains
@@ -20,6 +19,8 @@ from workbench.control.loop import Subject, subject
 from workbench.control.loop.closed import interconnect
 from workbench.lti import Plant
 from workbench.lti.break_point import BreakPoint, break_point
+from workbench.lti.front import matrices, mixed
+from workbench.lti.join import beside
 from workbench.lti.realisation import Realisation
 
 KINDS: Mapping[str, tuple[str, ...]] = {
@@ -106,10 +107,10 @@ def _worst(point: str, parts: Sequence[Sequence[np.ndarray]]) -> BreakPoint:
 def _at_sensors(groups: Sequence[_Closed], names: Sequence[str]) -> Realisation:
     """S at all sensors of the vehicle, put together from the groups."""
     parts = [group.sensitivity(names) for group in groups]
-    D = np.eye(len(names)) + sum((part.D - np.eye(len(names)) for part in parts), np.zeros((len(names),) * 2))
-    return Realisation(
-        block_diag(*(p.A for p in parts)), np.vstack([p.B for p in parts]), np.hstack([p.C for p in parts]), D
-    )
+    each = np.eye(len(names))
+    A, B, C, D = beside(*(Realisation(p.A, p.B, p.C, p.D - each) for p in parts))
+    into = np.tile(each, (len(parts), 1))
+    return Realisation(A, B @ into, into.T @ C, into.T @ D @ into + each)
 
 
 def _along_motions(group: _Closed, kinds: Sequence[str]) -> Realisation | None:
@@ -132,13 +133,10 @@ def _along_motions(group: _Closed, kinds: Sequence[str]) -> Realisation | None:
 def at_commands(setting: Setting, gains: Gains) -> Realisation:
     """The sensitivity at all current commands, put together from the groups."""
     parts = [(s, s.sensitivity(s.close(gains))) for s in _with_unused(setting)]
-    rest = np.eye(len(setting.law.commands)) - sum(s.patterns @ s.patterns.T for s, _ in parts)  # nobody commands these
-    return Realisation(
-        block_diag(*(p[0] for _, p in parts)),
-        np.vstack([p[1] @ s.patterns.T for s, p in parts]),
-        np.hstack([s.patterns @ p[2] for s, p in parts]),
-        sum((s.patterns @ p[3] @ s.patterns.T for s, p in parts), rest),
-    )
+    A, B, C, D = beside(*(Realisation(*p) for _, p in parts))
+    spread = np.column_stack([s.patterns for s, _ in parts])
+    rest = np.eye(len(spread)) - spread @ spread.T  # patterns nobody commands
+    return Realisation(A, B @ spread.T, spread @ C, spread @ D @ spread.T + rest)
 
 
 def _with_unused(setting: Setting) -> tuple[Subject, ...]:
@@ -156,20 +154,12 @@ def at_modal_signals(setting: Setting, gains: Gains) -> tuple[Realisation, list[
     for s in setting.subjects:
         own = [k for k, name in enumerate(MODAL) if CHANNELS.index(name) in s.channels]
         labels = [MODAL[k] for k in own]
-        plant = s.plant
-        u = plant.index("inputs", s.commands)
-        others = [i for i in range(len(plant.inputs)) if i not in set(u)]
-        into = s.patterns.T @ spread[:, own]
-        through = Plant(
-            A=plant.A, B=np.hstack([plant.B[:, u] @ into, plant.B[:, others]]), C=plant.C,
-            D=np.hstack([plant.D[:, u] @ into, plant.D[:, others]]),
-            states=plant.states, inputs=(*labels, *(plant.inputs[i] for i in others)), outputs=plant.outputs,
-        )  # fmt: skip
+        through = mixed(s.plant, s.commands, labels, s.patterns.T @ spread[:, own])
         controller = s.controller(gains, resolve[own])
         closed = interconnect(
             through, controller, labels, law.sensors, [f"filter {k}" for k in range(len(controller[0]))]
         )
         seen = closed.select(inputs=[f"error_{n}" for n in labels], outputs=labels)
-        systems.append((seen.A, seen.B, seen.C, seen.D))
+        systems.append(matrices(seen))
         names += labels
-    return Realisation(*(block_diag(*(system[k] for system in systems)) for k in range(4))), names
+    return beside(*systems), names

@@ -12,20 +12,16 @@ from typing import Any
 import numpy as np
 
 from workbench.analysis.analysis import Analysis, analyse
+from workbench.analysis.break_points import at_commands, at_modal_signals
 from workbench.analysis.comfort_summary import ComfortSummary, comfort_summary
 from workbench.analysis.setting import Setting, group_model
 from workbench.control import Gains
-from workbench.control.law import CHANNELS, MODAL
-from workbench.control.loop import GROUPS, Subject, subject
-from workbench.control.loop.closed import interconnect
+from workbench.control.loop import GROUPS, subject
 from workbench.control.structure.loop import Loop
 from workbench.control.structure.space import modal_law
 from workbench.control.structure.structure import Structure
 from workbench.lti.disk import DiskMargin, disk_margin
-from workbench.lti.front import matrices, mixed
-from workbench.lti.join import beside
 from workbench.lti.margin import ChannelMargin, channel_margin
-from workbench.lti.realisation import Realisation
 from workbench.result import Result, Row, figure, plain
 
 
@@ -97,8 +93,8 @@ def full_analysis(setting: Setting, gains: Gains, name: str = "") -> FullAnalysi
     if not analysis.stable or analysis.cost is None:
         none = {"current_margins": (), "modal_margins": (), "sensor_margins": ()}
         return FullAnalysis(analysis=analysis, **none, disk=None, comfort=None)
-    whole = _at_commands(setting, gains)
-    modal, channels = _at_modal_signals(setting, gains)
+    whole = at_commands(setting, gains)
+    modal, channels = at_modal_signals(setting, gains)
     names = [name.replace("_", " ") for name in setting.law.currents]
     return FullAnalysis(
         analysis=analysis,
@@ -108,15 +104,6 @@ def full_analysis(setting: Setting, gains: Gains, name: str = "") -> FullAnalysi
         disk=disk_margin(*whole),
         comfort=comfort_summary(setting, gains),
     )  # fmt: skip
-
-
-def _at_commands(setting: Setting, gains: Gains):
-    """(A, B, C, D) of the sensitivity at all current commands, assembled from the groups."""
-    parts = [(s, s.sensitivity(s.close(gains))) for s in _with_unused(setting)]
-    A, B, C, D = beside(*(Realisation(*p) for _, p in parts))
-    spread = np.column_stack([s.patterns for s, _ in parts])
-    rest = np.eye(len(spread)) - spread @ spread.T  # patterns nobody commands
-    return A, B @ spread.T, spread @ C, spread @ D @ spread.T + rest
 
 
 def _at_sensors(setting: Setting, gains: Gains) -> tuple[ChannelMargin, ...]:
@@ -130,29 +117,3 @@ def _at_sensors(setting: Setting, gains: Gains) -> tuple[ChannelMargin, ...]:
         each = (channel_margin(*S, channel=i, name=name.replace("_", " ")) for i, name in enumerate(law.sensors))
         found += [m for m in each if math.isfinite(m.gain_up) or m.gain_down or math.isfinite(m.phase)]
     return tuple(found)
-
-
-def _with_unused(setting: Setting) -> tuple[Subject, ...]:
-    """The groups with every coil pattern: an error of one current reaches the others through all of them."""
-    if not setting.law.split:
-        return setting.subjects
-    return tuple(subject(setting.plant, setting.law, s.name, unused=s.name != "heave") for s in setting.subjects)
-
-
-def _at_modal_signals(setting: Setting, gains: Gains):
-    """(A, B, C, D) of the sensitivity at the scaled modal signals of the groups looked at, and their names."""
-    law = setting.law
-    resolve, spread = law.modal_matrix(gains), law.modal_spread()
-    systems, names = [], []
-    for s in setting.subjects:
-        own = [k for k, name in enumerate(MODAL) if CHANNELS.index(name) in s.channels]
-        labels = [MODAL[k] for k in own]
-        through = mixed(s.plant, s.commands, labels, s.patterns.T @ spread[:, own])
-        controller = s.controller(gains, resolve[own])
-        closed = interconnect(
-            through, controller, labels, law.sensors, [f"filter {k}" for k in range(len(controller[0]))]
-        )
-        seen = closed.select(inputs=[f"error_{n}" for n in labels], outputs=labels)
-        systems.append(matrices(seen))
-        names += labels
-    return beside(*systems), names

@@ -8,6 +8,7 @@ What an engineer reads first. Each part has a file of its own; here they are put
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from workbench.analysis.analysis import unfiltered
 from workbench.analysis.break_points import break_points
 from workbench.analysis.frozen import Frozen, frozen
 from workbench.analysis.sampled_cases import CASES, SampledCase, sampled_cases
@@ -105,13 +106,16 @@ def reserves(
     gains: Gains,
     *,
     sampled: Sequence[tuple[float, float]] = (),
-    stable: bool = True,
 ) -> Reserves:
-    """Everything that can be said of a law's reserves.
+    """Everything that can be said of a law's reserves; nothing of one whose rate is not filtered.
+
+    Margins of an unstable loop mean nothing and are left out.
 
     sampled : sample times [s] and delays [samples] besides `CASES`
-    stable : whether the nominal loop is; margins of an unstable one mean nothing and are left out
     """
+    if unfiltered(gains):
+        return NOTHING
+    stable = all(s.close(gains).poles().real.max() < 0 for s in setting.subjects)
     return Reserves(
         break_points=break_points(setting, gains) if stable else (),
         variations=variations(setting, gains),

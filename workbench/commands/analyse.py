@@ -51,6 +51,7 @@ def analyse(
     supervised(budget_seconds, "the analysis")
 
     from workbench.analysis.full import full_analysis
+    from workbench.analysis.reserves import reserves
     from workbench.commands.output import emit_json, emit_rows, emit_table, say
     from workbench.design.design import given
     from workbench.errors import InputError
@@ -72,15 +73,19 @@ def analyse(
             f"or run 'workbench design {problem}'."
         )
     result = full_analysis(loaded.setting, chosen, loaded.name)
+    own = [] if loaded.sample_time is None else [(loaded.sample_time, 0.0)]
+    kept = reserves(loaded.setting, chosen, sampled=own)
     if report is not None:
         page = report_html(given(loaded, chosen, analysis=result.analysis))
     finishing()
     if report is not None:
         write_text(report, page)
     if json:
-        emit_json(result.to_dict() | ({} if report is None else {"report": str(report)}))
+        emit_json(result.to_dict() | kept.to_dict() | ({} if report is None else {"report": str(report)}))
         return
-    emit_rows(f"{loaded.title}", result.analysis.rows())
+    emit_rows(f"{loaded.title}", [*kept.rows(), *result.analysis.rows()])
+    for title, columns, rows in kept.tables():
+        emit_table(title, columns, rows)
     emit_table(
         "Modes",
         ("mode", "frequency [Hz]", "damping"),
