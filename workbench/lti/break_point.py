@@ -15,7 +15,6 @@ from dataclasses import dataclass
 from itertools import permutations
 
 import numpy as np
-from scipy.optimize import brentq, minimize_scalar
 
 from workbench.errors import InputError
 from workbench.lti.margin import UNSTABLE, channel_margin
@@ -168,6 +167,8 @@ class _Loci:
 
     def _roots(self, measure: Callable) -> list[tuple[float, complex]]:
         """(ω, λ) where a real measure of a locus changes sign."""
+        from scipy.optimize import brentq
+
         sizes, moduli = measure(self.values), np.abs(self.values)
         turns = sizes[:-1] * sizes[1:] < 0
         turns &= np.maximum(*(np.abs(s) for s in (sizes[:-1], sizes[1:]))) > NOISE * moduli[:-1]
@@ -200,6 +201,8 @@ class _Loci:
 
     def largest(self, measure: Callable) -> float:
         """The largest of a measure over all loci and frequencies, ends included."""
+        from scipy.optimize import minimize_scalar
+
         size = measure(self.values).max(axis=1)
         best = float(
             max(size.max(), *(measure(np.linalg.eigvals(T)).max() for T in (self.response(np.zeros(1))[0], self._D)))
