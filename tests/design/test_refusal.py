@@ -8,9 +8,9 @@ import pytest
 from workbench.analysis.analysis import analyse
 from workbench.design import design as module
 from workbench.design.design import design, refine
+from workbench.design.plan import Plan
 from workbench.design.refusal import refusal
 from workbench.design.robust import robust_design
-from workbench.design.scheduled import Plan
 from workbench.design.variation import Box, Variation
 from workbench.design.verdict import verdicts
 from workbench.errors import InfeasibleError, InputError

@@ -27,6 +27,7 @@ from workbench.goals.ride.requirement import (
     requirement,
     requirement_of,
 )
+from workbench.goals.ride.reserve import Reserve
 
 # the integrated error has a value only where T(0) = 0 (tests/goals/test_integrated_error.py): here its data and slopes
 EVERY = [*EXAMPLES, IntegratedError("u3", "y3", limit=2.0)]
@@ -37,7 +38,8 @@ PROBLEMS = ("heave", "sway_roll_yaw", "hybrid_motor")
 def test_every_kind_is_looked_at_here():
     # a kind without an example would be checked by nothing below
     ours = {kind for kind, cls in known().items() if cls.__module__.startswith("workbench.")}
-    assert ({g.kind for g in EVERY} | set(required_kinds()) | {RideCost.kind}) & ours == ours
+    reserves = {kind for kind, cls in known().items() if issubclass(cls, Reserve)}  # tests/goals/test_reserve_goals.py
+    assert ({g.kind for g in EVERY} | set(required_kinds()) | reserves | {RideCost.kind}) & ours == ours
 
 
 @pytest.fixture(scope="module")

@@ -9,8 +9,9 @@ from workbench import cli
 from workbench.analysis.analysis import analyse
 from workbench.control.schedule import Schedule
 from workbench.design.design import Design, refine
+from workbench.design.plan import Plan
 from workbench.design.record import given
-from workbench.design.scheduled import Plan, dense_check, schedule_design
+from workbench.design.scheduled import dense_check, schedule_design
 from workbench.design.speed_family import force_numbers, plant_family, speed_family
 from workbench.design.verdict import margin_verdicts
 from workbench.errors import InfeasibleError, InputError

@@ -21,14 +21,14 @@ from workbench.control.structure.block import Block
 from workbench.control.structure.loop import Loop
 from workbench.control.structure.structure import Structure
 from workbench.design.models import Maker, VehicleModels, maker_of
-from workbench.design.tuner.pieces import distinct
 from workbench.errors import InputError, unknown_name
+from workbench.goals.goal import told_apart
 from workbench.lti.model import Model
 from workbench.lti.sums import terms
 from workbench.result import Result, Row
 
 if TYPE_CHECKING:
-    from workbench.design.scheduled import Plan
+    from workbench.design.plan import Plan
     from workbench.design.variation import Variation
     from workbench.goals.goal import Goal
     from workbench.goals.ride.requirement import Requirement
@@ -52,7 +52,7 @@ class Problem(Result):
     sample_time : of the discrete controller [s], if it has one
     data_sha256 : of the data file;  sources : block name to source
     variation : `design.variation.Variation` that the parameters must bear
-    plan : `design.scheduled.Plan` of a schedule
+    plan : `design.plan.Plan` of a schedule
 
     Raises
     ------
@@ -81,7 +81,7 @@ class Problem(Result):
             for goal in self.requirements:
                 goal.check(self.name, self.setting)
         else:
-            object.__setattr__(self, "goals", distinct(self.goals))
+            object.__setattr__(self, "goals", told_apart(self.goals))
             _ = self.loops  # refuses what does not fit together
 
     @property

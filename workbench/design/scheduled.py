@@ -18,6 +18,7 @@ from workbench.control import GAIN_NAMES
 from workbench.control.schedule import Schedule
 from workbench.design.design import Design, Start, design
 from workbench.design.family import Family, PolynomialChart
+from workbench.design.plan import Plan
 from workbench.design.problem import Problem
 from workbench.design.record import given
 from workbench.design.refusal import in_words
@@ -27,7 +28,6 @@ from workbench.design.steering import Programme
 from workbench.design.variation import Variant
 from workbench.design.verdict import margin_verdicts
 from workbench.errors import InfeasibleError, InputError
-from workbench.goals.ride.requirement import Requirement, margin_kinds
 from workbench.goals.verdict import Verdict
 from workbench.machine.budget import current, heed, keeping
 from workbench.machine.threads import one_thread
@@ -42,42 +42,6 @@ FIRST_LOOK = 4  # every fourth speed of the dense check; all of them once these 
 # Share of the way from cruise to every speed, and multiples of the allowed peak sensitivity solved in turn there:
 # constant gains are unstable at the far end, and a solver that starts there need not come back.
 GROWTH = ((0.3, (1.2, 1.0)), (0.6, (1.0,)), (0.8, (1.0,)))
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Plan:
-    """What a schedule must cover.
-
-    range : speeds [m/s], the problem's own (cruise) among them;  degree : of the polynomials
-    points : speeds tuned at first;  dense : speeds of the check, equally spaced
-    requirements : margins kept at every speed, of `margin_kinds()`
-    """
-
-    range: tuple[float, float]
-    requirements: tuple[Requirement, ...]
-    degree: int = 2
-    points: int = 5
-    dense: int = 209
-
-    def __post_init__(self) -> None:
-        low, high = self.range
-        if not 0 < low < high < float("inf"):
-            raise InputError(f"a schedule's range must rise from a positive speed; got {self.range!r} m/s.")
-        if not (0 <= self.degree <= 6 and 2 <= self.points <= 60 and self.dense >= self.points):
-            raise InputError(
-                "a schedule takes degree 0 … 6, 2 … 60 points and at least as many speeds of the check; "
-                f"got {self.degree}, {self.points} and {self.dense}."
-            )
-        odd = [r.name for r in self.requirements if not r.margin_alone]
-        if odd or not self.requirements:
-            raise InputError(
-                f"a schedule asks every speed for some of: {', '.join(margin_kinds())}; got {', '.join(odd) or 'none'}."
-            )
-
-    @property
-    def speeds(self) -> np.ndarray:
-        """Of the dense check [m/s]."""
-        return np.linspace(*self.range, self.dense)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)

@@ -88,7 +88,11 @@ def relaxed(programme: Steered, x: np.ndarray, *, solver: str = "slsqp") -> Outc
 
 
 def finish(
-    programme: Self, x: np.ndarray, factors: Sequence[float] = HOMOTOPY, *, solver: str = "slsqp",
+    programme: Self,
+    x: np.ndarray,
+    factors: Sequence[float] = HOMOTOPY,
+    *,
+    solver: str = "slsqp",
     options: Options | None = None,
 ) -> tuple[Outcome, Self]:
     """From a relaxed solution to the wanted limits; what exact measures see and the grid does not is added until none.

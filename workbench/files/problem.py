@@ -16,8 +16,8 @@ from workbench.constants import GRAVITY
 from workbench.control import Gains, ModalLaw
 from workbench.control.schedule import Schedule
 from workbench.design.models import VehicleModels, vehicle_structure
+from workbench.design.plan import Plan
 from workbench.design.problem import Problem
-from workbench.design.scheduled import Plan
 from workbench.design.variation import Box, Variation
 from workbench.errors import InfeasibleError, InputError, unknown_name
 from workbench.files.digest import check_digest

@@ -19,7 +19,7 @@ margin (disk and delay margins), sector (passivity, conic sectors), variance (H2
 
 import math
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import MISSING, dataclass, fields
+from dataclasses import MISSING, dataclass, fields, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
 import numpy as np
@@ -404,3 +404,22 @@ def stability_reason(poles: np.ndarray, sample_time: float | None, *, in_w_plane
         pole = (1 + half) / (1 - half) if in_w_plane and half != 1 else pole
     where = f"{pole.real:.4g} ± {abs(pole.imag):.4g}j {plane}"
     return f"the closed loop is unstable: pole {where}; its measure does not exist."
+
+
+def told_apart(goals: Sequence[Goal]) -> tuple[Goal, ...]:
+    """The goals, those whose name was left out and is another's too numbered: "Gain r → y", "Gain r → y (2)", ….
+
+    Raises InputError for two of one given name.
+    """
+    taken: set[str] = set()
+    found = []
+    for goal in goals:
+        name, count = goal.name, 1
+        while name in taken:
+            if goal.name != replace(goal, name="").name:
+                raise InputError(f"goals must have distinct names; two are called {name!r}. Rename one of them.")
+            count += 1
+            name = f"{goal.name} ({count})"
+        taken.add(name)
+        found.append(goal if name == goal.name else replace(goal, name=name))
+    return tuple(found)

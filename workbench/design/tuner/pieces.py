@@ -19,7 +19,7 @@ from workbench.control.structure.loop import Loop
 from workbench.control.structure.structure import Structure
 from workbench.design.tuner.stabilise import Abscissa
 from workbench.errors import InputError
-from workbench.goals.goal import Bound, Goal, Value, infinite
+from workbench.goals.goal import Bound, Goal, Value, infinite, told_apart
 from workbench.lti.model import Model
 
 LEAST_DECAY = 1e-7  # usual least decay over the fastest pole: a billion times what rounding makes of a pole at zero
@@ -92,7 +92,7 @@ class GoalPieces:
                 f"a tuning must have at least one model and one goal; got {len(models)} and {len(self.goals)}. "
                 "Give both."
             )
-        goals = distinct(self.goals)
+        goals = told_apart(self.goals)
         loops = tuple(Loop(entry.model, structure) for entry in models)
         tasks = tuple(
             Task(goal, entry.label, goal.bind(loop))
@@ -171,25 +171,6 @@ class GoalPieces:
             if count:
                 return f"the closed loop of {loop.name!r} is unstable: {count} poles on or beyond the limit."
         return ""
-
-
-def distinct(goals: Sequence[Goal]) -> tuple[Goal, ...]:
-    """The goals, those whose name was left out and is another's too numbered: "Gain r → y", "Gain r → y (2)", ….
-
-    Raises InputError for two of one given name.
-    """
-    taken: set[str] = set()
-    found = []
-    for goal in goals:
-        name, count = goal.name, 1
-        while name in taken:
-            if goal.name != replace(goal, name="").name:
-                raise InputError(f"goals must have distinct names; two are called {name!r}. Rename one of them.")
-            count += 1
-            name = f"{goal.name} ({count})"
-        taken.add(name)
-        found.append(goal if name == goal.name else replace(goal, name=name))
-    return tuple(found)
 
 
 def _undefined_is_infinite(measure: Callable[[Controller], Value], K: Controller) -> Value:

@@ -15,7 +15,7 @@ from workbench.goals.key import Key
 from workbench.goals.ride.evaluated import Evaluated
 from workbench.goals.ride.flown import Flown
 from workbench.goals.ride.requirement import Found
-from workbench.goals.ride.reserve import Reserve, chosen, right_hand
+from workbench.goals.ride.reserve import Reserve, chosen, told_apart_by_sides
 from workbench.lti.break_point import BreakPoint
 
 FAMILIES = {
@@ -51,7 +51,7 @@ class AtPoints(Reserve):
     def steered_points(self, point: Evaluated) -> list[str]:
         """Those whose rows differ from another's."""
         names = points_of(point.setting, self.points, tuple(point.reserve.whole.points))
-        return [name for name in names if right_hand(point.setting, name.replace(":", "_"))]
+        return told_apart_by_sides(point.setting, names)
 
     def found(self, loop: Flown) -> Found:
         at = {b.point: b for b in loop.break_points}

@@ -17,7 +17,7 @@ from workbench.goals.key import Key
 from workbench.goals.ride.evaluated import Evaluated
 from workbench.goals.ride.flown import Flown
 from workbench.goals.ride.requirement import Found
-from workbench.goals.ride.reserve import Reserve, chosen, right_hand
+from workbench.goals.ride.reserve import Reserve, chosen, told_apart_by_sides
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -40,12 +40,7 @@ class Varied(Reserve):
     def steered(self, point: Evaluated) -> list[str]:
         """Those whose rows differ from another's."""
         known = chosen(self.variations, point.reserve.whole.variations, {}, "variation")
-        return [name for name in known if self._own(point.setting, name)]
-
-    @staticmethod
-    def _own(setting: Setting, name: str) -> bool:
-        word, _, rest = name.partition(":")
-        return word not in ("lost", "dead") or right_hand(setting, rest if word == "dead" else f"command_{rest}")
+        return told_apart_by_sides(point.setting, known)
 
     def among(self, loop: Flown) -> list[VariedLoop]:
         """The variations looked at."""
@@ -218,8 +213,8 @@ class FrozenDamping(Reserve):
 
     def steer(self, point: Evaluated) -> Rows:
         asked, at = self.asked_at(point.back_off), point.reserve
-        mirrored = right_hand(point.setting, "gap_1")
-        sides = dict.fromkeys(abs(y) if mirrored else y for y in self.sway)
+        alike = len(told_apart_by_sides(point.setting, ("current:1", "current:2"))) == 1
+        sides = dict.fromkeys(abs(y) if alike else y for y in self.sway)
         found: Rows = []
         for h in self.heave:
             for y in sides:

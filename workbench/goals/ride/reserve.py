@@ -36,6 +36,10 @@ class Reserve(Requirement):
         """What the limit is on, in a few words."""
         raise TypeError(f"{type(self).__name__} must define looked_at()")  # a defect of ours, not of the input
 
+    @property
+    def word(self) -> str:
+        return self.kind
+
     @classmethod
     def all_keys(cls, kind: str) -> tuple[Key, ...]:
         return (*cls.keys, *OWN)
@@ -65,9 +69,20 @@ def chosen(
     return tuple(name for name in known if name in found)
 
 
-def right_hand(setting: Setting, name: str) -> bool:
-    """Whether a signal of a coil set need steer: of two that mirror each other the right-hand one does."""
-    number = name.rpartition("_")[2]
-    law = setting.law
-    mirrored = set(setting.groups) == {"heave_pitch", "sway_roll_yaw"}
-    return not (mirrored and number.isdigit() and law.side[int(number) - 1] < 0)
+def told_apart_by_sides(setting: Setting, names: Sequence[str]) -> list[str]:
+    """Names whose rows differ: of two signals of sets that mirror each other, the right-hand one where both are.
+
+    A vehicle looked at in its groups of motion is the same right and left.
+    """
+    if set(setting.groups) != {"heave_pitch", "sway_roll_yaw"}:
+        return list(names)
+    places = setting.law.positions
+    left = {i + 1: places.index((x, -y)) + 1 for i, (x, y) in enumerate(places) if y < 0 and (x, -y) in places}
+
+    def mirrored(name: str) -> bool:
+        head, number = name[: name.rindex(":") + 1], name[name.rindex(":") + 1 :]
+        word, _, digits = number.rpartition("_")
+        other = left.get(int(digits)) if digits.isdigit() else None
+        return other is not None and f"{head}{word}{'_' if word else ''}{other}" in names
+
+    return [name for name in names if not mirrored(name)]

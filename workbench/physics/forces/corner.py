@@ -99,16 +99,16 @@ class CornerLaw:
     def tangent(self, deviation: np.ndarray, alpha: np.ndarray) -> Tangent:
         """Forces (3, n) and slopes (3, 4n); see ForceLaw. Raises InputError where a coil would touch the guideway."""
         each = [(float(h), float(hp), float(roll), float(a)) for h, hp, roll, a in np.vstack([deviation, alpha]).T]
-        values = [self.forces(*pose) for pose in each]
-        return np.array(values).reshape(-1, 3).T, np.hstack([self._slopes(*pose) for pose in each])
+        known = {pose: self._tangent(*pose) for pose in each}  # sets that ride alike are asked once
+        return np.hstack([known[pose][0] for pose in each]), np.hstack([known[pose][1] for pose in each])
 
     def stiffness(self, gap_change=0.0, gap_lateral_change=0.0, roll=0.0, alpha=0.0) -> np.ndarray:
         """(3, 3) derivatives of (F_L, F_G, L) by (h, h', φ) at one pose; symmetric."""
-        return self._slopes(gap_change, gap_lateral_change, roll, alpha)[:, :3]
+        return self._tangent(gap_change, gap_lateral_change, roll, alpha)[1][:, :3]
 
     def current_action(self, gap_change=0.0, gap_lateral_change=0.0, roll=0.0, alpha=0.0) -> np.ndarray:
         """(3,) derivatives of (F_L, F_G, L) by α at one pose [N, N, N m]."""
-        return self._slopes(gap_change, gap_lateral_change, roll, alpha)[:, 3]
+        return self._tangent(gap_change, gap_lateral_change, roll, alpha)[1][:, 3]
 
     def forces_and_slopes(self, gap_change, gap_lateral_change, roll, alpha) -> tuple[np.ndarray, np.ndarray]:
         """Forces (3,) and their derivatives (3, 4) by (h, h', φ, α) at one pose of numbers, as machine code.
@@ -141,10 +141,12 @@ class CornerLaw:
         gaps = self.gap + gap_change, self.gap_lateral + gap_lateral_change
         return tuple(self.scale * value for value in elementwise(function, *gaps, roll, pitch, yaw, alpha))
 
-    def _slopes(self, gap_change, gap_lateral_change, roll, alpha) -> np.ndarray:
+    def _tangent(self, gap_change, gap_lateral_change, roll, alpha) -> tuple[np.ndarray, np.ndarray]:
+        """Forces (3, 1) and slopes (3, 4) at one pose."""
         self._check_clear(gap_change, gap_lateral_change, roll)
         pose = self.gap + gap_change, self.gap_lateral + gap_lateral_change, roll, alpha
-        return self.scale * _slopes(self.coils, self.order)(*pose).full()
+        forces, slopes = _tangent(self.coils, self.order)(*pose)
+        return self.scale * forces.full(), self.scale * slopes.full()
 
     def _check_clear(self, gap_change, gap_lateral_change, roll) -> None:
         deviation = (gap_change, gap_lateral_change, roll)
@@ -223,9 +225,11 @@ def _forces(coils: CoilSet, order: int) -> ca.Function:
 
 
 @cache
-def _slopes(coils: CoilSet, order: int) -> ca.Function:
+def _tangent(coils: CoilSet, order: int) -> ca.Function:
     symbols, gradient = _symbols(coils, order)
-    return ca.Function("corner_slopes", symbols, [ca.jacobian(gradient, ca.vertcat(*symbols))], {"cse": True})
+    return ca.Function(
+        "corner_tangent", symbols, [gradient, ca.jacobian(gradient, ca.vertcat(*symbols))], {"cse": True}
+    )
 
 
 @cache

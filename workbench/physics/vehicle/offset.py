@@ -72,7 +72,7 @@ def _law(offsets: GapOffsets) -> CornerLaw | None:
         coils=offsets.coils, gap=offsets.gap, gap_lateral=offsets.gap_lateral, current=offsets.current, lift_ratio=1.0,
         drag_ratio=offsets.vehicle.force_law.drag_ratio,
     )  # fmt: skip
-    found = replace(unit, lift_ratio=float(printed[0][0, 0]) / unit.forces(0.0, 0.0, 0.0, 0.0)[0])
+    found = replace(unit, lift_ratio=float(printed[0][0, 0] / unit.tangent(np.zeros((3, 1)), np.zeros(1))[0][0, 0]))
     slopes = found.tangent(np.zeros((3, 1)), np.zeros(1))[1]
     return found if np.abs(slopes - printed[1]).max() <= ALIKE * np.abs(slopes).max() else None
 
