@@ -24,7 +24,7 @@ from workbench.verify.finding import Finding, Report, outward
 from workbench.verify.plant.check import checked
 from workbench.verify.reading import digest_of, read_document
 from workbench.verify.vehicle import tie
-from workbench.verify.vehicle.kind import KINDS, MOTOR_CURRENT, PEAK, promised_names
+from workbench.verify.vehicle.kind import KINDS, MOTOR_CURRENT, PEAK, kind_of, promised_names
 from workbench.verify.vehicle.law import GROUPS
 from workbench.verify.vehicle.loop import DIVIDING, FACTORS, left_out
 from workbench.verify.vehicle.physics import differences
@@ -185,6 +185,8 @@ def _unpromised(table: Table) -> list[str]:
     if not table.promises:
         return ["the table promises nothing"]
     promised = {(p.name, p.sense, p.limit) for p in table.promises if not p.box}
+    # what nobody can prove may be said to be undecided instead, where the report lists it
+    promised |= {(u.name, u.sense, u.limit) for u in table.undecided if not u.box and kind_of(u.name) is None}
     groups = table.certificate.groups if table.certificate else ()
     faults = []
     for r in table.requirements:

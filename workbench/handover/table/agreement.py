@@ -132,7 +132,7 @@ def alike(one: Any, other: Any) -> bool:
 
 def _lacking(document: dict[str, Any], problem, schedule: bool) -> list[str]:
     """What the problem requires and the table neither promises nor says to be undecided."""
-    from workbench.verify.vehicle.kind import promised_names
+    from workbench.verify.vehicle.kind import kind_of, promised_names
 
     groups, sentences = problem.setting.groups, []
     for where, intervals, requirements in _wherever(problem, schedule):
@@ -141,7 +141,9 @@ def _lacking(document: dict[str, Any], problem, schedule: bool) -> list[str]:
                 asked = (name, r.sense, r.limit, intervals)
                 if any(_covers(p, *asked) for p in document["promises"]):
                     continue
-                if intervals and any(_covers(u, *asked) for u in document.get("undecided", [])):
+                if (intervals or kind_of(name) is None) and any(
+                    _covers(u, *asked) for u in document.get("undecided", [])
+                ):
                     continue
                 sentences.append(
                     f"every requirement of {problem.name!r} must be promised{where}; {name!r} {r.sense} {r.limit:g} "
@@ -192,7 +194,7 @@ def _figures(document: dict[str, Any], problem) -> list[str]:
 
     gains = Gains.from_mapping({name: float(text) for name, text in document["gains"].items()})
     found = analyse(problem.setting, gains, document["problem"]).to_dict()
-    wrong = []
+    wrong = _judged(document, problem, gains)
     for key, stated in document["measured"].items():
         if key in found and key not in CHECKED_ELSEWHERE:
             wrong += _off(f"measured.{key}", stated, found[key])
@@ -207,6 +209,19 @@ def _figures(document: dict[str, Any], problem) -> list[str]:
     return [f"figures must be what the analysis of {problem.name!r} finds to 1e-6; {wrong[0]}{more}"]
 
 
+def _judged(document: dict[str, Any], problem, gains) -> list[str]:
+    """What the problem's own goals find where the checker has no proof, against what the table states."""
+    from workbench.goals.ride.flown import Flown
+
+    loop, wrong = Flown(problem.setting, gains), []
+    stated = {r["name"]: r for r in document["requirements"]}
+    for goal in (r for r in problem.requirements if r.beside and r.name in stated):
+        (verdict,) = goal.judge(loop)
+        given = stated[goal.name]
+        wrong += _off(f"requirements, {goal.name}", [given["value"], given["met"]], [verdict.value, verdict.met])
+    return wrong
+
+
 def _off(place: str, stated: Any, found: Any, size: float = 0.0) -> list[str]:
     """Sentences for figures that differ; size: of the largest figure beside."""
     if isinstance(stated, dict) and isinstance(found, dict):
@@ -214,6 +229,8 @@ def _off(place: str, stated: Any, found: Any, size: float = 0.0) -> list[str]:
         return [
             sentence for k, v in stated.items() if k in found for sentence in _off(f"{place}.{k}", v, found[k], beside)
         ]  # fmt: skip
+    if isinstance(stated, list) and isinstance(found, list) and len(stated) == len(found):
+        return [sentence for a, b in zip(stated, found, strict=True) for sentence in _off(place, a, b, size)]
     if isinstance(stated, int | float) and isinstance(found, int | float) and not isinstance(found, bool):
         slack = AGREES * max(abs(stated), abs(found)) + NOTHING * size
         return [] if abs(stated - found) <= slack else [f"{place} is stated as {stated:.9g}, found {found:.9g}"]

@@ -19,6 +19,7 @@ from workbench.goals.ride.requirement import boxed, required_kinds, requirement
 ANALYSIS = "floating point: figure of the analysis"
 HAMILTONIAN = "floating point: Hamiltonian eigenvalues, bracket"
 UNPROVABLE = "the checker has no proof of this quantity over a box"
+NO_PROOF = "the checker has no proof of this quantity; the value is that of the analysis"
 OnPromise = Callable[[str, str], None]
 SLACK = 1e-12  # relative, outward: so that another version's enclosure, as narrow as ours, still fits in
 
@@ -42,6 +43,15 @@ def promises(design, document: dict[str, Any]) -> list[dict[str, Any]]:
     delay = PatternDelayMargin.kind
     asked = [v.limit for v in design.requirements if v.name == delay and v.value is not None]
     return out + [promise for limit in asked for promise in _uniform(limit, prover)]
+
+
+def unproved(design) -> list[dict[str, Any]]:
+    """What the design keeps and the checker has no proof of: said to be undecided, never promised."""
+    return [
+        {"name": v.name, "sense": v.sense, "limit": v.limit, "box": {}, "share": 1.0, "reason": NO_PROOF}
+        for v in design.requirements
+        if v.name not in required_kinds()
+    ]
 
 
 def _uniform(limit: float, prover) -> list[dict[str, Any]]:

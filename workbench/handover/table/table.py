@@ -143,7 +143,7 @@ def table_from_design(
     robustness : what more is known, in JSON's types; goes into the table as it is
     created : time of the table; now if left out
     """
-    from workbench.handover.table.promise import promises
+    from workbench.handover.table.promise import promises, unproved
     from workbench.result import plain
 
     problem, gains = design.problem, design.gains
@@ -163,6 +163,7 @@ def table_from_design(
         "promises": [], "undecided": [], "robustness": plain(dict(robustness or {})),
     }  # fmt: skip
     document["promises"] = promises(design, document)
+    document["undecided"] = unproved(design)
     document["digest"] = digest_of(document)
     return _validated(document, "the design's table", GainTable)
 
