@@ -15,7 +15,7 @@
 # # How do requirements become a gain table that someone else can check?
 #
 # State the limits, let the optimiser find gains from random starts, judge them by algorithms it did not use, and sign
-# the result: `revenue_vehicle` rides no worse than the report's gains were thought to (J = 34), and keeps its margins.
+# the result: `comfort_limit` rides no worse than the report's gains were thought to (J = 34), and keeps its margins.
 
 # %%
 import tempfile
@@ -57,7 +57,7 @@ plt.show()
 # that is handed over, in one call: design, robustness, table with proofs, report.
 
 # %%
-problem = wb.load("revenue_vehicle")
+problem = wb.load("comfort_limit")
 whole = wb.complete(problem, starts=3, seed=1, sweep=False, boxes=False, workers=1)
 found = whole.design
 for verdict in found.verdicts:

@@ -40,7 +40,7 @@ from workbench.simulation import Failure, Rig, ShapedGuideway, monte_carlo
 # accelerometers that feel gravity. The curved law is the third-order expansion of the coils' exact one.
 
 # %%
-problem = wb.load("revenue_vehicle")
+problem = wb.load("comfort_limit")
 gains = Gains(
     K_h=-2.155, K_hdot=0.15, tau_h=0.637, K_hp=0.0, K_hpdot=0.152, tau_hp=0.2, K_zddot=0.0, K_zdot=0.15, tau_z=0.637,
     K_yddot=-0.01, K_ydot=0.152, tau_y=0.2, K_heave=1.0, K_pitch=1.0, K_sway=1.0, K_roll=1.73, K_yaw=6.76,

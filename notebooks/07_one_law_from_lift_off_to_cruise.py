@@ -59,7 +59,7 @@ plt.show()
 # %% [markdown]
 # ## One set of gains
 #
-# The gains that `revenue_vehicle` was given at cruise, flown at other speeds. Stability, damping, peak sensitivity and
+# The gains that `comfort_limit` was given at cruise, flown at other speeds. Stability, damping, peak sensitivity and
 # delay margin are exact at each speed; a margin over its limit is met above 1.
 
 # %%
@@ -67,7 +67,7 @@ plants = plant_family(problem, schedule.range)
 plan = problem.plan
 grid = np.linspace(*schedule.range, 27)
 there = [plants.problem_at(float(v)).with_requirements(plan.requirements) for v in grid]
-single = wb.load("revenue_vehicle").approved
+single = wb.load("comfort_limit").approved
 fixed_verdicts = [margin_verdicts(p, single) for p in there]
 scheduled_verdicts = [margin_verdicts(p, schedule.gains_at(float(v))) for p, v in zip(there, grid, strict=True)]
 

@@ -210,7 +210,7 @@ def test_a_sensor_alone_bears_what_the_closed_loop_bears_when_its_reading_is_sca
     from workbench.control.structure.structure import Structure
     from workbench.lti.model import Model
 
-    problem = load_problem("revenue_vehicle")
+    problem = load_problem("comfort_limit")
     margins = {m.channel: m for m in full_analysis(problem.setting, problem.approved).sensor_margins}
     assert set(margins) == {name.replace("_", " ") for name in problem.law.sensors}
     (model,) = problem.systems

@@ -32,7 +32,7 @@ def proportional(k: float, sample_time: float = T) -> DiscreteLaw:
 
 @pytest.fixture(scope="module")
 def vehicle():
-    problem = load_problem("revenue_vehicle")
+    problem = load_problem("comfort_limit")
     law, plant = problem.law, problem.setting.plant
     return plant, law, problem.gains
 
@@ -128,7 +128,7 @@ def test_the_peak_of_a_sampled_low_pass_is_at_zero_and_of_its_mirror_at_half_the
 
 def test_the_sampled_peak_tends_to_the_continuous_one(vehicle):
     plant, law, gains = vehicle
-    problem = load_problem("revenue_vehicle")
+    problem = load_problem("comfort_limit")
     exact = max(peak_gain(*subject.sensitivity(subject.close(gains))).upper for subject in problem.subjects)
     fast = sampled_loop(plant, discretise(law, gains, 1e-5), law.commands, law.sensors, reserve=False)
     assert fast.peak_sensitivity.value == pytest.approx(exact, rel=5e-3)  # 5 µs of delay at 100 rad/s and the filters

@@ -134,7 +134,7 @@ def _inequalities() -> Iterator[Row]:
 
 
 def _bounds() -> Iterator[Row]:
-    for name in ("heave_pitch", "sway_roll_yaw", "revenue_vehicle"):
+    for name in ("heave_pitch", "sway_roll_yaw", "comfort_limit"):
         problem = load_problem(name)
         for noise in (False, True):
             seconds, found = timed(lambda problem=problem, noise=noise: lower_bound(problem, noise=noise))

@@ -1,4 +1,4 @@
-"""The optimiser's work on `revenue_vehicle`: gradients against finite differences, a design against a global search.
+"""The optimiser's work on `comfort_limit`: gradients against finite differences, a design against a global search.
 
 The peers' values agree with ours to rounding, their differences with our derivatives to the differences' own error;
 otherwise the run stops. Everything but the commands runs on one thread.
@@ -24,7 +24,7 @@ from workbench.design.solve import relaxed, stable_start
 from workbench.design.steering import Programme
 from workbench.files.problem import load_problem
 
-PROBLEM = "revenue_vehicle"
+PROBLEM = "comfort_limit"
 STARTS = 3  # of the design and of the solvers that are compared; the command's default is more
 LONGEST_SEARCH = 120.0  # [s] of the global search
 RUN = "from workbench.cli import main; main()"

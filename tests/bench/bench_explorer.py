@@ -24,7 +24,7 @@ REPEATS = 7
 
 def rows() -> Iterator[Row]:
     """Analyses and picture of the largest shipped problem; then each command that does not search, cold."""
-    session, picture = Session(load_problem("revenue_vehicle")), Picture()
+    session, picture = Session(load_problem("comfort_limit")), Picture()
     picture.png(session.snapshot)
     factor = iter(1 + 1e-3 * k for k in range(10 * REPEATS))
 
@@ -33,7 +33,7 @@ def rows() -> Iterator[Row]:
         _ = session.snapshot
 
     analysed = best(move, REPEATS)
-    yield alone("explorer: analyses after a moved slider, revenue_vehicle", analysed,
+    yield alone("explorer: analyses after a moved slider, comfort_limit", analysed,
                 "poles, margins, mean squares, spectra, loops, root locus, every requirement", LONGEST)  # fmt: skip
     yield alone("explorer: analyses and picture", best(lambda: (move(), picture.png(session.snapshot)), REPEATS),
                 "the same, drawn and packed as PNG")  # fmt: skip

@@ -1,4 +1,4 @@
-"""Exact measures of `revenue_vehicle` against python-control and scipy, and how long the commands take to answer.
+"""Exact measures of `comfort_limit` against python-control and scipy, and how long the commands take to answer.
 
 The peers' results agree with ours to the tolerance stated at each comparison; otherwise the run stops.
 """
@@ -23,7 +23,7 @@ from workbench.lti.norm import peak_gain
 from workbench.lti.realisation import frequency_response
 from workbench.lti.signals import COORDINATES, numbered
 
-PROBLEM = "revenue_vehicle"
+PROBLEM = "comfort_limit"
 FREQUENCY_HZ = np.geomspace(1e-3, 60.0, 1000)
 PEAK_TOLERANCE = 1e-6  # relative, of both sides
 

@@ -15,7 +15,7 @@ from workbench.goals.ride.requirement import margin_kinds
 from workbench.physics.vehicle import Vehicle, linearise, varied
 from workbench.physics.vehicle.equations import equations
 
-PROBLEM = "revenue_vehicle"
+PROBLEM = "comfort_limit"
 PLANTS = 50
 COMPARED = 10  # models judged one by one; the time of a model does not depend on how many there are
 SEARCH_AT_MOST = 5.0  # [s] of one design over the standard box

@@ -27,7 +27,7 @@ SAMPLED, SMOOTH = {"sample_time": 0.001}, {"step": 0.004}
 
 def rows() -> list[tuple[str, float, float, float]]:
     """(name, our seconds, peer's seconds, peer over ours); the peer is real time, but for the last row."""
-    problem = load_problem("revenue_vehicle")
+    problem = load_problem("comfort_limit")
     exact = law_at()
     laws = {"first order": problem.vehicle.force_law, "third order": TaylorLaw.from_corner(exact, 3), "exact": exact}
     track = realisation(problem.setting.guideway, length=134.0 * 20, spacing=0.2, seed=1, speed=134.0)

@@ -24,7 +24,7 @@ from workbench.lti.signals import numbered
 from workbench.study.definition import Limit, Parameter, Study
 from workbench.study.run import StudyResult, run_study
 
-PROBLEM = "revenue_vehicle"
+PROBLEM = "comfort_limit"
 POINTS = 10_000
 COMPARED = 40  # points of the loops; the time of a point does not depend on how many there are
 AGREEMENT = 1e-5  # relative; python-control's norm stops at 1e-6 of both sides

@@ -59,7 +59,7 @@ def test_problems_lists_what_ships_one_line_each(command):
     assert [entry["name"] for entry in strict(command("problems", "--json").out)] == [*shipped_problems()]
 
 
-@pytest.mark.parametrize(("typed", "offered"), [("rev", ["revenue_vehicle"]), ("wood", ["wood_berry"]), ("zz", [])])
+@pytest.mark.parametrize(("typed", "offered"), [("rev", ["comfort_limit"]), ("wood", ["wood_berry"]), ("zz", [])])
 def test_the_shell_completes_problem_names(typed, offered):
     env = {**os.environ, "_WORKBENCH_COMPLETE": "complete_bash", "COMP_WORDS": f"workbench design {typed}"}
     done = subprocess.run(
@@ -73,7 +73,7 @@ def test_an_analysis_writes_its_report_for_good_and_for_unstable_gains(command, 
     done = command("analyse", "heave", "--report", tmp_path / "good.html", "--json")
     assert strict(done.out)["report"] == str(tmp_path / "good.html")
     assert "all 6 requirements met" in (tmp_path / "good.html").read_text()
-    done = command("analyse", "revenue_vehicle", "--gains", report_gains, "--report", tmp_path / "bad.html")
+    done = command("analyse", "comfort_limit", "--gains", report_gains, "--report", tmp_path / "bad.html")
     assert done.code == 0
     assert "requirements missed" in (tmp_path / "bad.html").read_text()
     done = command("analyse", "heave", "--report", tmp_path)
@@ -173,7 +173,7 @@ def test_a_design_that_cannot_be_leaves_with_1_names_what_binds_and_writes_nothi
     [
         (("desgin", "heave"), "Did you mean 'design'"),
         (("design",), "Missing argument 'PROBLEM'"),
-        (("analyse", "revenue_vehicel"), "unknown problem 'revenue_vehicel'; did you mean 'revenue_vehicle'?"),
+        (("analyse", "revenue_vehicel"), "unknown problem 'revenue_vehicel'; did you mean 'comfort_limit'?"),
         (("analyse", "no/such/folder"), "a problem's folder must hold data.toml; no/such/folder does not"),
         (("analyse", "x" * 5000), "unknown problem"),
         (("analyse", "heave", "--gain", "x"), "No such option"),

@@ -219,7 +219,7 @@ def test_work_behind_a_budget_ends_with_the_process_that_was_started():
 @pytest.mark.slow
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGKILL, -9)])
 def test_a_design_leaves_no_worker_behind(tmp_path, number, code):
-    begun = process("design", "revenue_vehicle", "--starts", "60", "--out", str(tmp_path), start_new_session=True)
+    begun = process("design", "comfort_limit", "--starts", "60", "--out", str(tmp_path), start_new_session=True)
 
     def session() -> set[str]:
         """Processes of the command's session that still run."""

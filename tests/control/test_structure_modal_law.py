@@ -17,7 +17,7 @@ OMEGA = np.array([0.05, 1.0, 9.0, 80.0])
 
 @cache
 def vehicle():
-    problem = load_problem("revenue_vehicle")
+    problem = load_problem("comfort_limit")
     assert problem.approved is not None
     return problem, problem.setting.plant, problem.law, problem.approved
 
@@ -27,7 +27,7 @@ def tuned_loop():
     return Loop(Model("revenue vehicle", plant), Structure(modal_law(law, gains, problem.bounds)))
 
 
-def test_the_modal_law_closes_the_loop_of_the_revenue_vehicle():
+def test_the_modal_law_closes_the_loop_of_the_comfort_limit():
     _, plant, law, gains = vehicle()
     loop, closed = tuned_loop(), close(plant, law, gains).system
     K = loop.structure.controller()

@@ -124,8 +124,8 @@ def test_the_bound_lies_below_the_approved_gains_and_noise_brings_it_nearer(vehi
 
 
 @pytest.mark.slow
-def test_the_revenue_vehicle_is_within_twice_the_rms_of_any_linear_controller():
-    found = lower_bound(load_problem("revenue_vehicle"))
+def test_the_comfort_limit_is_within_twice_the_rms_of_any_linear_controller():
+    found = lower_bound(load_problem("comfort_limit"))
     assert 0.5 < found.ratio < 1
 
 

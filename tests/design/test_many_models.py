@@ -27,7 +27,7 @@ def heave():
 
 @pytest.fixture(scope="module")
 def revenue():
-    return load_problem("revenue_vehicle")
+    return load_problem("comfort_limit")
 
 
 @pytest.fixture(scope="module")
@@ -287,7 +287,7 @@ def test_a_variation_of_nothing_is_refused(heave):
 
 
 @pytest.mark.slow
-def test_sensor_scales_ten_per_cent_apart_cost_the_revenue_vehicle_less_than_a_fifth(revenue):
+def test_sensor_scales_ten_per_cent_apart_cost_the_comfort_limit_less_than_a_fifth(revenue):
     box = Box({"vertical_sensors": (0.9, 1.1), "lateral_sensors": (0.9, 1.1)})
     found = robust_design(revenue, Variation(box=box), starts=4, seed=0)
     assert all(w.verdict.met for w in found.worst)

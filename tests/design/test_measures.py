@@ -19,7 +19,7 @@ THETA = np.array(list(GAINS.as_dict().values()))
 
 @pytest.fixture(scope="module")
 def problem():
-    return load_problem("revenue_vehicle")
+    return load_problem("comfort_limit")
 
 
 @pytest.fixture(scope="module")

@@ -122,7 +122,7 @@ def test_a_vehicle_is_the_same_three_things():
 
 
 def test_the_vehicle_seen_whole_has_the_margins_of_its_analysis():
-    problem = wb.load("revenue_vehicle")
+    problem = wb.load("comfort_limit")
     from workbench.design.loop_margins import loop_margins
 
     K = problem.structure.with_values(problem.approved.as_dict()).controller()

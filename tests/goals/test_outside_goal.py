@@ -56,7 +56,7 @@ def resistive():
 
 @pytest.fixture(scope="module")
 def revenue():
-    return load_problem("revenue_vehicle")
+    return load_problem("comfort_limit")
 
 
 @pytest.fixture(scope="module")

@@ -101,7 +101,7 @@ def test_every_file_in_the_guide_is_loaded_by_a_test():
 
 @shown("c")
 def test_the_c_program_shown_compiles_and_commands(fence, tmp_path):
-    table = read_table(shipped_problems()["revenue_vehicle"] / "approved.json")
+    table = read_table(shipped_problems()["comfort_limit"] / "approved.json")
     (tmp_path / "gains.h").write_bytes(render(table, "c", accept=True))
     (tmp_path / "main.c").write_text(fence.text, "utf-8")
     strict = ("-std=c99", "-Wall", "-Wextra", "-Werror")
@@ -110,4 +110,4 @@ def test_the_c_program_shown_compiles_and_commands(fence, tmp_path):
     sensors = np.zeros(len(table.to_law().sensors))
     sensors[0] = 0.01
     command = table.to_discrete().state_space()[3] @ sensors  # the first step from rest: feedthrough alone
-    assert said == f"revenue_vehicle: command 1 is {command[0]:.4f} of the main current\n"
+    assert said == f"comfort_limit: command 1 is {command[0]:.4f} of the main current\n"

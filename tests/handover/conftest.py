@@ -22,7 +22,7 @@ LIMITS = {
 }  # fmt: skip
 
 
-def design_of(gains: Gains, name: str = "revenue_vehicle") -> Design:
+def design_of(gains: Gains, name: str = "comfort_limit") -> Design:
     problem = load_problem(name)
     sideways = "sway_roll_yaw" in problem.setting.groups
     asked = [requirement(*limit) for limit in LIMITS.items() if sideways or "lateral" not in limit[0]]

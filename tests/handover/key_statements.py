@@ -31,7 +31,7 @@ class Pair:
     slow: bool = False
 
 
-REVENUE, HEAVE, PITCH, SWAY = "revenue_vehicle", "heave", "heave_pitch", "sway_roll_yaw"
+REVENUE, HEAVE, PITCH, SWAY = "comfort_limit", "heave", "heave_pitch", "sway_roll_yaw"
 COILS, MOTOR, REPORT = "scheduled_vehicle", "hybrid_motor", "report_1975"
 NOTE = {"source": "of a test"}
 RIDE, SIDEWAYS = ("cost", "rms.gap.front"), ("rms.gap_lateral.front",)

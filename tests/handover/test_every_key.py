@@ -124,9 +124,9 @@ def test_the_source_of_a_table_is_kept_beside_the_problem_and_changes_nothing_el
     ("base", "key", "value", "sentence"),
     [
         ("heave", "vehicle.gap_minimum_m", 0.2, "is of a force law from coils"),
-        ("revenue_vehicle", "operating_point.side_force_above_cg_m", 0.5, "need side_force_n, the force itself"),
-        ("revenue_vehicle", "operating_point.side_force_ahead_of_cg_m", 0.5, "need side_force_n, the force itself"),
-        ("revenue_vehicle", "operating_point.lost_share", 0.5, "lost_share needs lost_set"),
+        ("comfort_limit", "operating_point.side_force_above_cg_m", 0.5, "need side_force_n, the force itself"),
+        ("comfort_limit", "operating_point.side_force_ahead_of_cg_m", 0.5, "need side_force_n, the force itself"),
+        ("comfort_limit", "operating_point.lost_share", 0.5, "lost_share needs lost_set"),
     ],
 )
 def test_a_key_that_nothing_could_be_done_with_is_refused(base, key, value, sentence):

@@ -340,7 +340,7 @@ def test_cells_of_a_matlab_file_hold_text(table):
 
 @pytest.fixture(scope="module")
 def default():
-    return read_table(shipped_problems()["revenue_vehicle"] / "approved.json")
+    return read_table(shipped_problems()["comfort_limit"] / "approved.json")
 
 
 def with_limit(table, name, limit):
@@ -379,7 +379,7 @@ def test_a_promise_broken_by_a_hair_in_the_sampled_loop_is_refused_by_name_and_o
 
 def test_the_sampled_decay_is_that_of_the_groups_own_filters():
     # heave_pitch measures no roll: a roll filter at rest, 1/tau_h = 0.25 1/s, is no pole of its loop
-    table = read_table(shipped_problems()["revenue_vehicle"] / "approved.json")
+    table = read_table(shipped_problems()["comfort_limit"] / "approved.json")
     fast = digital_check(with_sample_time(table, 2e-5)).worst()
     continuous = {r.name: r.value for r in table.requirements}
     assert fast["decay"] == pytest.approx(continuous["decay rate"], rel=1e-3)

@@ -49,7 +49,7 @@ def test_the_gains_read_back_are_the_same_doubles_through_either_reader(design, 
 
 
 def test_a_table_read_back_gives_the_same_analysis(table, path):
-    again = analyse(load_problem("revenue_vehicle").setting, read_table(path).to_gains(), "revenue_vehicle").to_dict()
+    again = analyse(load_problem("comfort_limit").setting, read_table(path).to_gains(), "comfort_limit").to_dict()
     measured = table.measured
     assert set(measured) == set(again) - {"gains"}
 

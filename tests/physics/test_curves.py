@@ -9,7 +9,7 @@ from workbench.physics.vehicle.conditions import Conditions, Curve
 from workbench.physics.vehicle.operating import operating_point
 from workbench.simulation import Rig, simulate
 
-VEHICLE = load_problem("revenue_vehicle").vehicle
+VEHICLE = load_problem("comfort_limit").vehicle
 CURVES = [
     Curve(lateral=0.5, cant=0.05),
     Curve(lateral=0.5, cant=0.05, roll_rate=0.05),

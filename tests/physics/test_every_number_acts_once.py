@@ -16,7 +16,7 @@ from workbench.physics.vehicle.operating import operating_point
 WEIGHT = 444800.0
 
 
-def data(name="revenue_vehicle", **changes) -> ProblemData:
+def data(name="comfort_limit", **changes) -> ProblemData:
     mapping = tomllib.loads((shipped_folder() / name / "data.toml").read_text())
     for block, values in changes.items():
         mapping[block] = {**mapping.get(block, {"source": "test"}), **values}
@@ -53,7 +53,7 @@ def test_a_weight_at_the_operating_point_is_that_weight_in_the_data(kind):
 @pytest.mark.parametrize("carrier", ["pose", "currents"])
 @pytest.mark.parametrize(
     ("name", "law"),
-    [("revenue_vehicle", {}), ("coil_vehicle", {}), ("coil_vehicle", {"physics": "report"}),
+    [("comfort_limit", {}), ("coil_vehicle", {}), ("coil_vehicle", {"physics": "report"}),
      ("coil_vehicle", {"hold": "gap"}), ("coil_vehicle", {"kind": "taylor", "expansion_order": 2})],
 )  # fmt: skip
 def test_whoever_carries_it_the_coils_lift_the_weight(name, law, carrier):
@@ -67,7 +67,7 @@ def test_whoever_carries_it_the_coils_lift_the_weight(name, law, carrier):
         assert np.abs(point.deviation[0]).max() < 1e-9
 
 
-@pytest.mark.parametrize(("name", "law"), [("revenue_vehicle", {}), ("coil_vehicle", {})])
+@pytest.mark.parametrize(("name", "law"), [("comfort_limit", {}), ("coil_vehicle", {})])
 def test_a_variation_of_mass_multiplies_the_mass_of_the_operating_point(name, law):
     changed = data(name, force_law=law, operating_point={"weight_n": 0.95 * WEIGHT})
     for factor in (0.85, 1.0, 1.15):
@@ -77,7 +77,7 @@ def test_a_variation_of_mass_multiplies_the_mass_of_the_operating_point(name, la
 
 
 def test_damping_depends_on_the_mass_whatever_the_operating_point():
-    gains = load_problem("revenue_vehicle").approved
+    gains = load_problem("comfort_limit").approved
     changed = data(operating_point={"weight_n": 0.97 * WEIGHT})
     found = [analyse(changed.elsewhere({"mass": factor})[1], gains).damping for factor in (0.85, 1.0, 1.15)]
     assert np.abs(np.diff(found)).min() > 1e-3

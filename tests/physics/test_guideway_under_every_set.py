@@ -16,7 +16,7 @@ from workbench.physics.vehicle import linearise
 from workbench.physics.vehicle.operating import operating_point
 from workbench.simulation import Rig, simulate
 
-TWO, REVENUE = load_problem("two_coil_corner"), load_problem("revenue_vehicle")
+TWO, REVENUE = load_problem("two_coil_corner"), load_problem("comfort_limit")
 DAMPING = {"lift_damping": 3e4, "lateral_damping": 1e4}  # [N s/m] of a set; large, to be seen
 
 

@@ -1,4 +1,4 @@
-"""The shipped problem hybrid_motor: its figures by second routes, its approved gains, beside revenue_vehicle."""
+"""The shipped problem hybrid_motor: its figures by second routes, its approved gains, beside comfort_limit."""
 
 from dataclasses import replace
 
@@ -209,8 +209,8 @@ def test_an_unstable_loop_has_no_motor_currents():
 
 
 def test_a_motor_current_is_not_required_of_a_vehicle_without_motor():
-    coils = load_problem("revenue_vehicle")
-    with pytest.raises(InputError, match=r"can be required only of a vehicle whose motor .*'revenue_vehicle' has none"):
+    coils = load_problem("comfort_limit")
+    with pytest.raises(InputError, match=r"can be required only of a vehicle whose motor .*'comfort_limit' has none"):
         coils.with_requirements([requirement(MotorCurrent.kind, 1500.0)])
 
 

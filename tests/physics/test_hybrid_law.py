@@ -15,7 +15,7 @@ from workbench.errors import InputError
 from workbench.files.problem import load_problem
 from workbench.lti.norm import peak_gain
 
-HYBRID, COILS = load_problem("hybrid_motor"), load_problem("revenue_vehicle")
+HYBRID, COILS = load_problem("hybrid_motor"), load_problem("comfort_limit")
 LAW, PLANT = HYBRID.law, HYBRID.setting.plant
 # an ordinary stable point of the problem, to four digits
 GAINS = Gains(

@@ -10,7 +10,7 @@ from workbench.physics.motor import HybridMotor
 from workbench.physics.vehicle.drive import AXES, DRIVEN, LOADS, MotorDrive, with_motor
 
 RATES = [f"{name}_rate" for name in COORDINATES]
-HYBRID, COILS = load_problem("hybrid_motor"), load_problem("revenue_vehicle")
+HYBRID, COILS = load_problem("hybrid_motor"), load_problem("comfort_limit")
 PLANT, BARE = HYBRID.setting.plant, COILS.setting.plant
 DRIVE = MotorDrive(motor=HybridMotor(), thrust=41e3, current_lag=0.010)
 
@@ -24,7 +24,7 @@ def test_rated_long_term_current_holds_41_kn():
     assert DRIVE.working_current == pytest.approx(956.0, abs=0.5)
 
 
-def test_the_problem_is_the_revenue_vehicle_with_a_motor():
+def test_the_problem_is_the_comfort_limit_with_a_motor():
     assert HYBRID.setting.guideway == COILS.setting.guideway
     assert HYBRID.vehicle.with_values(drive=None) == COILS.vehicle
     assert HYBRID.vehicle.drive is not None

@@ -41,7 +41,7 @@ def bent() -> TaylorLaw:
 
 
 def data(law=None, **changes) -> ProblemData:
-    mapping = tomllib.loads((shipped_folder() / "revenue_vehicle" / "data.toml").read_text())
+    mapping = tomllib.loads((shipped_folder() / "comfort_limit" / "data.toml").read_text())
     for block, values in changes.items():
         mapping[block] = {**mapping.get(block, {"source": "test"}), **values}
     if law:
@@ -49,7 +49,7 @@ def data(law=None, **changes) -> ProblemData:
     return ProblemData(parse_problem(mapping), "changed", "0" * 64, None)
 
 
-@pytest.mark.parametrize("name", ["report_1975", "revenue_vehicle", "sway_roll_yaw"])
+@pytest.mark.parametrize("name", ["report_1975", "comfort_limit", "sway_roll_yaw"])
 def test_nominal_conditions_change_no_digit_of_a_shipped_plant(name):
     problem = load_problem(name)
     plain = linearise(problem.vehicle).plant
@@ -180,7 +180,7 @@ def test_the_two_coil_vehicle_has_four_commands_and_flies_with_a_lost_coil():
 
 
 def test_the_computed_law_gives_the_vehicle_of_the_printed_coefficients():
-    printed = load_problem("revenue_vehicle").setting.plant
+    printed = load_problem("comfort_limit").setting.plant
     computed = data({**COILS, "physics": "report"}).build().setting.plant
     # printed to four or five digits; the roll moment's derivative by roll is 0.7 % off in the report (ledger, A.3)
     assert computed.poles().imag.max() == pytest.approx(printed.poles().imag.max(), rel=1e-3)

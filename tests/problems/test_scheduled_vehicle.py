@@ -56,13 +56,13 @@ def test_the_held_current_lifts_the_vehicle_from_27_to_30_centimetres(problem):
     assert 0.17 <= slow.setting.clearance[0] < 0.171
 
 
-def test_the_plan_asks_every_speed_for_the_margins_of_the_revenue_vehicle(problem):
+def test_the_plan_asks_every_speed_for_the_margins_of_the_comfort_limit(problem):
     margins = {r.name: r.limit for r in problem.plan.requirements}
     assert margins == pytest.approx(
         {"damping ratio": 0.4, "decay rate": 0.3, "peak sensitivity": 2.0, "delay margin": 0.002}, rel=1e-12
     )
     assert {r.name: r.limit for r in problem.requirements} == {
-        r.name: r.limit for r in load_problem("revenue_vehicle").requirements
+        r.name: r.limit for r in load_problem("comfort_limit").requirements
     }
 
 

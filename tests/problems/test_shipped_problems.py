@@ -13,7 +13,7 @@ from workbench.handover.table.table import read_table
 
 NAMES = tuple(shipped_vehicles())
 APPROVED = tuple(name for name, folder in shipped_vehicles().items() if (folder / "approved.json").is_file())
-MAIN = {"revenue_vehicle", "report_1975", "heave_pitch", "sway_roll_yaw", "heave"}
+MAIN = {"comfort_limit", "report_1975", "heave_pitch", "sway_roll_yaw", "heave"}
 
 
 @pytest.fixture(scope="module")
@@ -43,8 +43,8 @@ def test_a_shipped_problem_reads_the_same_from_its_folder(problems, name):
     assert pytest.approx(problems[name].setting.plant.A, rel=0, abs=0) == again.setting.plant.A
 
 
-def test_the_numbers_asked_of_the_revenue_vehicle_are_these(problems):
-    problem = problems["revenue_vehicle"]
+def test_the_numbers_asked_of_the_comfort_limit_are_these(problems):
+    problem = problems["comfort_limit"]
     assert {r.name: r.limit for r in problem.requirements} == pytest.approx(
         {
             "damping ratio": 0.4, "decay rate": 0.3, "peak sensitivity": 2.0, "rms gap, front": 0.033,
@@ -95,8 +95,8 @@ def test_the_approved_gains_meet_every_requirement(problems, name):
     assert [v.sentence() for v in judged if not v.met] == []
 
 
-def test_the_approved_gains_of_the_revenue_vehicle_ride_at_least_as_well_as_was_asked(problems):
-    problem = problems["revenue_vehicle"]
+def test_the_approved_gains_of_the_comfort_limit_ride_at_least_as_well_as_was_asked(problems):
+    problem = problems["comfort_limit"]
     assert analyse(problem.setting, problem.approved).cost <= 34.5
 
 
@@ -111,8 +111,8 @@ def test_a_new_design_from_few_starts_costs_no_more_than_the_approved_one(proble
 
 
 @pytest.mark.slow
-def test_the_revenue_vehicle_is_designed_from_cold_starts_to_what_was_asked(problems):
-    found = design(problems["revenue_vehicle"], starts=4, seed=11)
+def test_the_comfort_limit_is_designed_from_cold_starts_to_what_was_asked(problems):
+    found = design(problems["comfort_limit"], starts=4, seed=11)
     assert all(v.met for v in found.requirements)
     assert found.analysis.cost <= 34.5
 

@@ -84,7 +84,7 @@ def test_a_load_step_is_the_exponential_of_the_linear_loop_on_every_shipped_prob
             assert np.all(wrong <= sizes[kind] * np.abs(reference).max(axis=1).max()), kind
 
 
-@pytest.mark.parametrize("name", ["revenue_vehicle", "hybrid_motor"])
+@pytest.mark.parametrize("name", ["comfort_limit", "hybrid_motor"])
 def test_a_large_load_step_is_that_of_an_integrator_with_error_control(name):
     loads = [LoadStep(load=tuple(10 * LOAD))]
     fixed = rig(name)
@@ -97,7 +97,7 @@ def test_a_large_load_step_is_that_of_an_integrator_with_error_control(name):
 
 
 def test_the_load_step_that_seemed_to_touch_the_guideway_moves_the_gaps_by_a_fraction_of_a_millimetre():
-    history = simulate(rig("revenue_vehicle"), 1.0, loads=[LoadStep(load=(0, 0, 300, 0, 0), start=0.5)])
+    history = simulate(rig("comfort_limit"), 1.0, loads=[LoadStep(load=(0, 0, 300, 0, 0), start=0.5)])
     assert history.contact is None
     assert 1e-4 < np.abs(history.gap_lateral).max() < 1e-3
 
@@ -111,12 +111,12 @@ def test_the_step_resolves_the_fastest_pole(name):
 
 def test_a_step_at_which_a_decaying_pole_grows_is_refused_with_the_largest_that_does_not():
     with pytest.raises(InputError, match=r"at most 0.00323 s.*\(\|λ\| = 863.* 1/s\).*got 0.004 s"):
-        rig("revenue_vehicle", step=0.004)
-    largest, _ = largest_step(rig("revenue_vehicle").poles)
-    rig("revenue_vehicle", step=0.999 * largest)
+        rig("comfort_limit", step=0.004)
+    largest, _ = largest_step(rig("comfort_limit").poles)
+    rig("comfort_limit", step=0.999 * largest)
     with pytest.raises(InputError, match="integration step must be at most"):
-        rig("revenue_vehicle", step=1.001 * largest)
-    rig("revenue_vehicle", step=0.004, sample_time=0.001)  # a whole fraction of the sample time, and commands are held
+        rig("comfort_limit", step=1.001 * largest)
+    rig("comfort_limit", step=0.004, sample_time=0.001)  # a whole fraction of the sample time, and commands are held
 
 
 def test_the_region_of_runge_kutta_ends_where_its_growth_passes_one():

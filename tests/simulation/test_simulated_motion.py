@@ -27,7 +27,7 @@ BUMP = VersineBump(start=20.0, length=60.0, peak=0.02)
 
 @cache
 def problem():
-    return load_problem("revenue_vehicle")
+    return load_problem("comfort_limit")
 
 
 @cache

@@ -43,7 +43,7 @@ def assert_same(found, k, problem, gains):
             assert ours == pytest.approx(float(exact), rel=tolerance, abs=1e-14), name
 
 
-@pytest.mark.parametrize("name", ["revenue_vehicle", "heave", "report_1975", "hybrid_motor"])
+@pytest.mark.parametrize("name", ["comfort_limit", "heave", "report_1975", "hybrid_motor"])
 def test_a_batch_agrees_with_the_exact_analysis(name):
     problem = load_problem(name)
     assert suits(problem.setting)
@@ -56,7 +56,7 @@ def test_a_batch_agrees_with_the_exact_analysis(name):
 
 
 def test_filters_without_gain_are_dropped_row_by_row():
-    problem = load_problem("revenue_vehicle")
+    problem = load_problem("comfort_limit")
     gains = np.tile(list(problem.approved.as_dict().values()), (4, 1))
     gains[1, GAIN_NAMES.index("K_hpdot")] = 0.0
     gains[2, GAIN_NAMES.index("K_zdot")] = 0.0
@@ -86,7 +86,7 @@ def test_railway_spectra_with_two_corners_agree_too():
 
 
 def test_correlated_types_do_not_suit_a_batch():
-    setting = load_problem("revenue_vehicle").setting
+    setting = load_problem("comfort_limit").setting
     tied = replace(setting, guideway=replace(setting.guideway, correlation=tuple(map(tuple, np.eye(4).tolist()))))
     assert not suits(tied)
 
@@ -94,8 +94,8 @@ def test_correlated_types_do_not_suit_a_batch():
 @pytest.mark.parametrize(
     ("name", "names"),
     [
-        ("revenue_vehicle", ("mass", "current_force")),
-        pytest.param("revenue_vehicle", FACTORS, marks=pytest.mark.slow),
+        ("comfort_limit", ("mass", "current_force")),
+        pytest.param("comfort_limit", FACTORS, marks=pytest.mark.slow),
         pytest.param("coil_vehicle", ("mass", "gap_force"), marks=pytest.mark.slow),
     ],
 )

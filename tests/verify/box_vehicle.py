@@ -9,7 +9,7 @@ from workbench.verify.family.polynomial import Box, multiaffine
 from workbench.verify.vehicle.loop import closed_loop
 from workbench.verify.vehicle.table import table_of
 
-APPROVED = Path(__file__).resolve().parents[2] / "problems" / "revenue_vehicle" / "approved.json"
+APPROVED = Path(__file__).resolve().parents[2] / "problems" / "comfort_limit" / "approved.json"
 # ± of each factor: mass 15 %, inertias 10 %, force per current 10 %, force per displacement 8 %
 WIDTH = {
     "mass": 15,

@@ -37,7 +37,7 @@ class TableFile:
 
 @pytest.fixture(scope="session")
 def revenue():
-    return TableFile(design_with(load_problem("revenue_vehicle")))
+    return TableFile(design_with(load_problem("comfort_limit")))
 
 
 @pytest.fixture(scope="session")

@@ -33,7 +33,7 @@ def family_of(loop: VehicleLoop):
 
 def closed_at(group: str, **factors):
     """The group's floating closed loop at factors, through the vehicle's nonlinear equations."""
-    problem = load_problem("revenue_vehicle")
+    problem = load_problem("comfort_limit")
     names = {"inertia": ("roll_inertia", "pitch_inertia", "yaw_inertia")}
     named = {n: v for name, v in factors.items() for n in names.get(name, (name,))}
     assert problem.models.rebuild is not None

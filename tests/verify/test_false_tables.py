@@ -44,7 +44,7 @@ def test_a_promise_listed_twice_hides_no_other(revenue):
     said = faults(document)
     assert any("'peak sensitivity, heave_pitch' is promised twice" in one for one in said)
     assert any("'peak sensitivity, sway_roll_yaw' <= 2 is required and not promised" in one for one in said)
-    found = agreement(document, load_problem("revenue_vehicle"))
+    found = agreement(document, load_problem("comfort_limit"))
     assert any("'peak sensitivity, sway_roll_yaw' <= 2 is not" in one for one in found.disagreements)
 
 
@@ -59,14 +59,14 @@ def test_a_group_left_out_is_missed_in_the_figures_and_against_the_problem(reven
     report = verify_document(document)
     assert any("sway_roll_yaw is stated, and the table has no such group" in one for one in report.faults)
     assert "any motion in Psi: no group of the table moves it" in report.not_promised
-    assert not agreement(document, load_problem("revenue_vehicle")).holds
+    assert not agreement(document, load_problem("comfort_limit")).holds
 
 
 def test_a_motion_held_is_said_and_is_not_the_problems(heave, revenue):
     assert "any motion in Theta: no group of the table moves it" in verify_document(heave.document).not_promised
     held = revenue.changed(lambda d: d["certificate"].update(groups=["heave", "sway_roll_yaw"]))
     assert any("derived again" in one or "stated" in one for one in faults(held))
-    assert any("groups differ" in one for one in agreement(held, load_problem("revenue_vehicle")).disagreements)
+    assert any("groups differ" in one for one in agreement(held, load_problem("comfort_limit")).disagreements)
 
 
 @pytest.mark.parametrize(

@@ -175,7 +175,7 @@ def test_an_interior_worst_member_verifies_from_its_place():
 
 
 @pytest.mark.slow
-def test_four_factors_of_the_revenue_vehicle_are_enclosed_and_proved_again(revenue):
+def test_four_factors_of_the_comfort_limit_are_enclosed_and_proved_again(revenue):
     box = {"mass": (0.85, 1.15), "inertia": (0.9, 1.1), "current_force": (0.9, 1.1), "gap_force": (0.92, 1.08)}
     table = with_box(GainTable.model_validate(revenue.document), box)
     report = verify_document(table.to_dict())

@@ -17,7 +17,7 @@ from workbench.verify.vehicle.tie import _carried
 
 
 @pytest.mark.parametrize(
-    "name", sorted({*shipped_problems()} - {"hybrid_motor"} & {"report_1975", "heave", "revenue_vehicle"})
+    "name", sorted({*shipped_problems()} - {"hybrid_motor"} & {"report_1975", "heave", "comfort_limit"})
 )
 def test_the_plant_of_a_shipped_vehicle_follows_from_its_numbers(name):
     problem = load_problem(name)
@@ -46,7 +46,7 @@ def test_the_plant_of_a_vehicle_on_exact_coils_follows_from_its_slopes(name):
     ],
 )
 def test_every_extra_effect_of_the_vehicle_is_derived_alike(extras):
-    problem = load_problem("revenue_vehicle")
+    problem = load_problem("comfort_limit")
     changed = problem.with_vehicle(problem.vehicle.with_extras(**extras))
     physics = certificate_of(changed)["physics"]
     assert physics is not None  # the checker rebuilds the plant with the effect …
