@@ -105,8 +105,8 @@ def complete(
     starts, seed, method : as of `design`
     robust : gains for every vehicle of the problem's variation, else of the standard box; by the problem if left out
     over_speeds : gains that are polynomials of the speed, by the problem's plan; by the problem if left out
-    sweep : the cost of a vehicle over the allowed peak sensitivity; where it is limited, for one set of gains for one
-        vehicle, if left out
+    sweep : the cost of a vehicle over the allowed peak sensitivity; if left out where it is limited, for one set of
+        gains for one vehicle that asks for no reserves
     boxes : prove what holds over the standard box and over the speeds of a schedule
     workers : processes; a script that asks for more than one needs the usual `if __name__ == "__main__"`
     deadline : the best design verified by then is kept; sweep and boxes are left out where they would take too long
@@ -143,7 +143,8 @@ def complete(
     left_out: list[str] = []
     cases = robustness(problem, found.gains, varied) if problem.flies else ()
     curve = None
-    if sweepable and sweep is not False:
+    usual = not any(r.beside for r in problem.requirements)  # with reserves every limit costs a design of its own
+    if sweepable and (sweep or (sweep is None and usual)):
         curve, whole = attempted(lambda: _curve(problem, found, options, show), None, _time_for_extras(deadline))
         left_out += [] if whole else ["the trade-off"]
     kept = {c.name: c.to_dict() for c in cases}
