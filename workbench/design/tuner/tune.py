@@ -18,11 +18,11 @@ from workbench.control.structure.block import Controller
 from workbench.control.structure.loop import Loop
 from workbench.control.structure.structure import Structure
 from workbench.design.tuner.constrained import Descent, descend
-from workbench.design.tuner.pieces import USUAL, GoalPieces, Labelled, distinct
+from workbench.design.tuner.pieces import USUAL, GoalPieces, Labelled
 from workbench.design.tuner.result import StartReport, TunedGoal, Tuning
 from workbench.design.tuner.stabilise import random_start, stabilise
 from workbench.errors import InfeasibleError, InputError
-from workbench.goals.goal import Goal, Value
+from workbench.goals.goal import Goal, Value, told_apart
 from workbench.lti.model import Model
 from workbench.machine.budget import checked_budget
 from workbench.machine.threads import one_thread
@@ -305,7 +305,7 @@ def refuse_unmet(result: Tuning, goals: Sequence[Goal]) -> None:
     if not unmet:
         return
     worst = max(unmet, key=lambda goal: goal.upper)
-    asked = next(goal for goal in distinct(goals) if goal.name == worst.name).asked()
+    asked = next(goal for goal in told_apart(goals) if goal.name == worst.name).asked()
     bound = "at most" if asked.sense == "<=" else "at least"
 
     def shown(value: float) -> str:
