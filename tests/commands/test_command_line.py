@@ -59,7 +59,7 @@ def test_problems_lists_what_ships_one_line_each(command):
     assert [entry["name"] for entry in strict(command("problems", "--json").out)] == [*shipped_problems()]
 
 
-@pytest.mark.parametrize(("typed", "offered"), [("rev", ["comfort_limit"]), ("wood", ["wood_berry"]), ("zz", [])])
+@pytest.mark.parametrize(("typed", "offered"), [("rev", ["revenue_vehicle"]), ("wood", ["wood_berry"]), ("zz", [])])
 def test_the_shell_completes_problem_names(typed, offered):
     env = {**os.environ, "_WORKBENCH_COMPLETE": "complete_bash", "COMP_WORDS": f"workbench design {typed}"}
     done = subprocess.run(
@@ -173,7 +173,7 @@ def test_a_design_that_cannot_be_leaves_with_1_names_what_binds_and_writes_nothi
     [
         (("desgin", "heave"), "Did you mean 'design'"),
         (("design",), "Missing argument 'PROBLEM'"),
-        (("analyse", "revenue_vehicel"), "unknown problem 'revenue_vehicel'; did you mean 'comfort_limit'?"),
+        (("analyse", "revenue_vehicel"), "unknown problem 'revenue_vehicel'; did you mean 'revenue_vehicle'?"),
         (("analyse", "no/such/folder"), "a problem's folder must hold data.toml; no/such/folder does not"),
         (("analyse", "x" * 5000), "unknown problem"),
         (("analyse", "heave", "--gain", "x"), "No such option"),

@@ -37,7 +37,7 @@ def heave():
 def test_a_refusal_is_the_same_kind_of_sentence_however_the_optimiser_ended(heave, monkeypatch, ended):
     asked = heave.with_requirements([*heave.requirements, requirement("peak sensitivity", 1.000001)])
 
-    def finish(programme, x, factors=(), *, solver=""):
+    def finish(programme, x, factors=(), *, solver="", options=None):
         x = np.zeros_like(x) if ended == "far away" else x
         return Outcome(x, 0.0, 0.0 if ended == "feasible, it says" else 1.0, (), "", 0, {}, 0.0), programme
 

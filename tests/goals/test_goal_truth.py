@@ -40,7 +40,8 @@ def _check(name: str, case) -> str:
 
 
 def test_every_kind_of_goal_has_a_truth():
-    shipped = {name for name in kinds.__all__ if issubclass(getattr(goals, name), Goal)}
+    # the integrated error has a value only under integral action: tests/goals/test_integrated_error.py has its truths
+    shipped = {name for name in kinds.__all__ if issubclass(getattr(goals, name), Goal)} - {"IntegratedError"}
     assert {name.split(",")[0] for name in CASES} == shipped - {"Goal"}
 
 

@@ -79,7 +79,8 @@ def approved(base: str):
 
 
 def test_every_key_has_a_statement_and_every_statement_a_key():
-    assert set(KEYS) - set(SOURCES) == set(STATEMENTS)
+    # blocks [[goal]] have the keys of their kinds: tests/goals/test_reserve_goals.py
+    assert set(KEYS) - set(SOURCES) - {"goal"} == set(STATEMENTS)
 
 
 @pytest.mark.parametrize(

@@ -154,4 +154,4 @@ def test_a_table_of_another_structure_is_refused(tmp_path):
     table_of(plant_analysis(own).design).write(tmp_path / "gains.json")
     result = run("analyse", "dc_motor", "--gains", tmp_path / "gains.json")
     assert isinstance(result.exception, InputError)
-    assert "must be a table of this structure" in str(result.exception)
+    assert "unknown parameter 'slow.Kp'" in str(result.exception)

@@ -57,12 +57,14 @@ def frozen(
     """
     if setting.offsets is None or setting.offsets.law is None:
         return ()
-    return tuple(_at(setting, gains, float(h), float(y)) for h, y in product(heave, sway))
+    return tuple(_at(setting, gains, float(h), float(y)) for h, y in product(heave, sway) if groups_at(setting, y))
 
 
 def groups_at(setting: Setting, sway: float) -> tuple[str, ...]:
-    """The groups of motion of a loop that rides to one side: they meet, unless one is looked at alone."""
-    return setting.groups if sway == 0 or len(set(setting.groups) & set(GROUPS)) < 2 else ("all",)
+    """The groups of motion of a loop that rides to one side: they meet there; one looked at alone has no such loop."""
+    if sway == 0 or "all" in setting.groups:
+        return setting.groups
+    return ("all",) if set(setting.groups) >= set(GROUPS) else ()
 
 
 def _at(setting: Setting, gains: Gains, heave: float, sway: float) -> Frozen:

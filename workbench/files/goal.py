@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, fields
 from typing import Any
 
-from workbench.errors import InputError
+from workbench.errors import InputError, unknown_name
 from workbench.files.table import LARGEST, MOST, si_keys
 from workbench.goals.goal import Goal
 from workbench.goals.registry import GOALS, class_of, goal, keys_of
@@ -30,11 +30,15 @@ def goal_of(keys: Mapping[str, Any], *, vehicle: bool = False) -> Goal:
     kind = keys.get("kind")
     if not isinstance(kind, str):
         raise InputError(f"a goal must have a kind, such as 'margins'; got {shown(kind)}.")
+    ours = [word for word, other in GOALS.items() if _is_for(other, vehicle)]
+    if kind not in GOALS:
+        raise unknown_name("kind of goal", kind, ours)
     cls = class_of(kind)
     if not _is_for(cls, vehicle):
-        ours = ", ".join(sorted(word for word, other in GOALS.items() if _is_for(other, vehicle)))
         whose = "a vehicle" if vehicle else "a plant of its own"
-        raise InputError(f"a goal of kind {kind!r} cannot be stated so here; {whose} can have {ours}.")
+        raise InputError(
+            f"a goal of kind {kind!r} cannot be stated so here; {whose} can have {', '.join(sorted(ours))}."
+        )
     known = {key.name: key for key in keys_of(kind)}
     try:
         given = si_keys({key: value for key, value in keys.items() if key != "kind"}, tuple(known))

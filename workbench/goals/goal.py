@@ -165,6 +165,7 @@ class Goal:
     models: tuple[str, ...] | None = None
     openings: tuple[str, ...] = ()
     focus: tuple[float, float] = FULL_BAND
+    beside: ClassVar[bool] = False  # it looks at loops beside the nominal one; brought in after a first solution
     corners: ClassVar[bool] = True  # it steers by few pieces, the largest of which has corners
 
     def __post_init__(self) -> None:

@@ -126,7 +126,7 @@ def usual(problem: Problem, task: str) -> tuple[str, ...]:
 
 def required(problem: Problem) -> tuple[str, ...]:
     """The quantities that the problem's requirements limit, in their order."""
-    return tuple(name for r in problem.requirements for name in limited(problem, r.name))
+    return tuple(name for r in problem.requirements if r.by_key for name in limited(problem, r.name))
 
 
 def limits_of(problem: Problem) -> tuple[Limit, ...]:
@@ -134,6 +134,7 @@ def limits_of(problem: Problem) -> tuple[Limit, ...]:
     return tuple(
         Limit(quantity=name, sense=r.sense, value=r.limit)
         for r in problem.requirements
+        if r.by_key  # reserves are no scalars of an analysis
         for name in limited(problem, r.name)
     )
 

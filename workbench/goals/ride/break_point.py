@@ -10,7 +10,7 @@ from typing import ClassVar
 
 from workbench.analysis.loop_rows import point_names
 from workbench.analysis.setting import Setting
-from workbench.goals.goal import Rows
+from workbench.goals.goal import Rows, some_names
 from workbench.goals.key import Key
 from workbench.goals.ride.evaluated import Evaluated
 from workbench.goals.ride.flown import Flown
@@ -41,6 +41,10 @@ class AtPoints(Reserve):
     margin_of: ClassVar[Callable[[BreakPoint], float]]
 
     points: tuple[str, ...] = ("currents", "patterns", "kinds")
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "points", some_names("points", self.points))
+        Reserve.__post_init__(self)
 
     def looked_at(self) -> str:
         return ", ".join(self.points)

@@ -12,12 +12,14 @@ from workbench.analysis.setting import Setting
 from workbench.analysis.variations import Varied as VariedLoop
 from workbench.analysis.variations import names
 from workbench.errors import InputError
-from workbench.goals.goal import Rows
+from workbench.goals.goal import Rows, some_names
 from workbench.goals.key import Key
 from workbench.goals.ride.evaluated import Evaluated
 from workbench.goals.ride.flown import Flown
 from workbench.goals.ride.requirement import Found
 from workbench.goals.ride.reserve import Reserve, chosen, told_apart_by_sides
+
+LARGEST_OFFSET = 10.0  # [m]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -30,6 +32,10 @@ class Varied(Reserve):
     of_roots = True
 
     variations: tuple[str, ...] = ("scale:*", "mass:*", "force:*")
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "variations", some_names("variations", self.variations))
+        Reserve.__post_init__(self)
 
     def looked_at(self) -> str:
         return ", ".join(self.variations)
@@ -198,7 +204,16 @@ class FrozenDamping(Reserve):
 
     def __post_init__(self) -> None:
         for name in ("heave", "sway"):
-            object.__setattr__(self, name, tuple(float(v) for v in getattr(self, name)))
+            try:
+                offsets = tuple(float(v) for v in getattr(self, name))
+            except (TypeError, ValueError):
+                offsets = ()
+            if not offsets or not all(abs(v) < LARGEST_OFFSET for v in offsets):
+                raise InputError(
+                    f"{name} must be a list of offsets below {LARGEST_OFFSET:g} m; got {str(getattr(self, name))[:60]!r}. "
+                    f"Give {name}_m = [-0.1, 0.0, 0.1]."
+                )
+            object.__setattr__(self, name, offsets)
         Reserve.__post_init__(self)
 
     def looked_at(self) -> str:

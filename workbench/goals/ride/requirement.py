@@ -75,7 +75,6 @@ class Requirement(Goal):
     in_analysis : whether the JSON of an analysis holds the value, at `quantities`
     boxed : whether the checker of gain tables can prove it over boxes of factors and ranges of speed
     by_group : whether there is a verdict and a promise for each group of motion
-    beside : whether it looks at loops beside the nominal one, and so is brought in after a first solution
     by_key : whether one key of [requirements] states it; else a block [[goal]]
     """
 
@@ -89,7 +88,6 @@ class Requirement(Goal):
     boxed: ClassVar[bool] = False
     by_group: ClassVar[bool] = False
     by_key: ClassVar[bool] = True
-    beside: ClassVar[bool] = False
 
     limit: float = field(kw_only=False)
     hard: bool = True
