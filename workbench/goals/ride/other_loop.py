@@ -209,8 +209,9 @@ class FrozenDamping(Reserve):
             except (TypeError, ValueError):
                 offsets = ()
             if not offsets or not all(abs(v) < LARGEST_OFFSET for v in offsets):
+                given = str(getattr(self, name))[:60]
                 raise InputError(
-                    f"{name} must be a list of offsets below {LARGEST_OFFSET:g} m; got {str(getattr(self, name))[:60]!r}. "
+                    f"{name} must be a list of offsets below {LARGEST_OFFSET:g} m; got {given!r}. "
                     f"Give {name}_m = [-0.1, 0.0, 0.1]."
                 )
             object.__setattr__(self, name, offsets)
