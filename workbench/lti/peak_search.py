@@ -15,6 +15,9 @@ import numpy as np
 Function = Callable[[np.ndarray], np.ndarray]  # omega (k,) -> (k,)
 Crossing = Callable[[float], list[tuple[float, float]]]  # level -> intervals where the function exceeds it
 
+# ends and middle of brackets, and the function there; that at the ends is unknown at first
+Brackets = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray | None, np.ndarray, np.ndarray | None]
+
 MOST_PEAKS = 12  # refined in one pass
 WORTH_REFINING = 0.5  # of the largest sample; a sample one width off a resonance has 0.7 of its peak
 ROUNDS = 7  # each shrinks a bracket by 4 or more; smooth peaks end after three
@@ -95,34 +98,34 @@ def _refine(function: Function, low, middle, high, value) -> tuple[np.ndarray, n
     b[lost] = np.where(np.isfinite(middle[lost]), middle[lost], 1.0)
     best = value.copy()
     best[lost & np.isinf(middle)] = -math.inf
-    part = np.array([0.25, 0.5, 0.75])
-    rows = np.arange(len(b))
-    fa = fc = None
+    brackets: Brackets = (a, b, c, None, best, None)
     for turn in range(ROUNDS):
-        before = best
-        x = np.concatenate([a[:, None] + (b - a)[:, None] * part, b[:, None] + (c - b)[:, None] * part], axis=1)
-        x = np.concatenate([a[:, None], x, c[:, None]], axis=1)
-        if fa is not None and fc is not None:
-            vertex = _vertex(a, b, c, fa, best, fc)
-            step = (c - a) / 64
-            x = np.concatenate(
-                [x, np.clip(vertex[:, None] + step[:, None] * np.array([-1, 0, 1]), a[:, None], c[:, None])], 1
-            )
-        with np.errstate(divide="ignore"):
-            omega = np.where(flip[:, None], 1 / x, x)
-        f = _finite(function(omega.ravel())).reshape(x.shape)
-        x, f = np.concatenate([x, b[:, None]], axis=1), np.concatenate([f, best[:, None]], axis=1)
-        order = np.argsort(x, axis=1, kind="stable")
-        x, f = np.take_along_axis(x, order, 1), np.take_along_axis(f, order, 1)
-        i = np.argmax(f, axis=1)
-        last = x.shape[1] - 1
-        lower, upper = np.maximum(i - 1, 0), np.minimum(i + 1, last)
-        a, b, c = x[rows, lower], x[rows, i], x[rows, upper]
-        fa, best, fc = f[rows, lower], f[rows, i], f[rows, upper]
-        if turn >= 2 and np.all(best <= before + STILL * np.abs(best)):
+        before: np.ndarray = brackets[4]
+        brackets = _narrower(function, flip, brackets)
+        if turn >= 2 and np.all(brackets[4] <= before + STILL * np.abs(brackets[4])):
             break
     with np.errstate(divide="ignore"):
-        return np.where(flip, 1 / b, b), best
+        return np.where(flip, 1 / brackets[1], brackets[1]), brackets[4]
+
+
+def _narrower(function: Function, flip: np.ndarray, brackets: Brackets) -> Brackets:
+    """One round: brackets a, b, c (k,) and the function there, its ends unknown at first, around the best sample."""
+    a, b, c, fa, best, fc = brackets
+    part, rows = np.array([0.25, 0.5, 0.75]), np.arange(len(b))
+    points = [a[:, None], a[:, None] + (b - a)[:, None] * part, b[:, None] + (c - b)[:, None] * part, c[:, None]]
+    if fa is not None and fc is not None:
+        beside = _vertex(a, b, c, fa, best, fc)[:, None] + ((c - a) / 64)[:, None] * np.array([-1, 0, 1])
+        points.append(np.clip(beside, a[:, None], c[:, None]))
+    x = np.concatenate(points, axis=1)
+    with np.errstate(divide="ignore"):
+        omega = np.where(flip[:, None], 1 / x, x)
+    f = _finite(function(omega.ravel())).reshape(x.shape)
+    both = np.concatenate([x, b[:, None]], axis=1), np.concatenate([f, best[:, None]], axis=1)
+    order = np.argsort(both[0], axis=1, kind="stable")
+    xs, fs = np.take_along_axis(both[0], order, 1), np.take_along_axis(both[1], order, 1)
+    i = np.argmax(fs, axis=1)
+    lower, upper = np.maximum(i - 1, 0), np.minimum(i + 1, xs.shape[1] - 1)
+    return xs[rows, lower], xs[rows, i], xs[rows, upper], fs[rows, lower], fs[rows, i], fs[rows, upper]
 
 
 def _vertex(a, b, c, fa, fb, fc) -> np.ndarray:
