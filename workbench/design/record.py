@@ -65,6 +65,13 @@ class Design(Result):
     analysis: Analysis | None = None
 
     @property
+    def flown(self) -> Analysis:
+        """A vehicle's analysis; refused where the plant is another."""
+        if self.analysis is None:
+            raise InputError(f"this asks for a vehicle; problem {self.problem.name!r} controls a plant of its own.")
+        return self.analysis
+
+    @property
     def gains(self) -> Gains:
         """The seventeen gains of a vehicle's modal law."""
         if not self.problem.flies:

@@ -84,7 +84,7 @@ class RobustDesign(Result):
 
     def rows(self) -> list[Row]:
         return [
-            ("cost J", self.design.analysis.cost, ""),
+            ("cost J", self.design.flown.cost, ""),
             ("cost J of the best nominal gains", self.nominal_cost, ""),
             ("models designed for", len(self.visited), ""),
             ("models looked at", self.looked_at, ""),
@@ -309,7 +309,7 @@ def _nominal_cost(problem: Problem, candidates, log, seed: int, solver: str) -> 
     """J of the best gains for the nominal vehicle alone; None if its requirements cannot be met."""
     programme = Programme(problem, back_off=BACK_OFFS[0])
     try:
-        return finished(problem, programme, candidates, tuple(log), seed, solver).analysis.cost
+        return finished(problem, programme, candidates, tuple(log), seed, solver).flown.cost
     except InfeasibleError:
         return None
 

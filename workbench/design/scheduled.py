@@ -111,7 +111,7 @@ class ScheduledDesign(Result):
     def rows(self) -> list[Row]:
         return [
             *self.schedule.rows()[:3],
-            ("cost J at cruise", self.cruise.analysis.cost, ""),
+            ("cost J at cruise", self.cruise.flown.cost, ""),
             ("cost J of the best gains for cruise alone", self.single_cost, ""),
             ("rounds of exchange", self.rounds, ""),
             ("error of the interpolated plants", self.plant_error, "1"),

@@ -163,4 +163,4 @@ def better(problem: Problem, own: Design | None, tighter: Design | None) -> Desi
 
 
 def _cost(found: Design | None) -> float | None:
-    return None if found is None else found.analysis.cost
+    return None if found is None else found.flown.cost

@@ -34,7 +34,7 @@ LISTED_HZ = (0.05, 50.0)  # of the table behind a Nyquist picture
 
 def root_figures(design: Design) -> list[str]:
     """The root map with what the requirements ask of it, and the modes beside it."""
-    modes = design.analysis.modes
+    modes = design.flown.modes
     limit = {v.name: v.limit for v in design.requirements}
     svg = svg_figure(
         lambda ax: plot_roots(modes, damping=limit.get(DampingRatio.kind), decay=limit.get(DecayRate.kind), ax=ax),
@@ -70,7 +70,7 @@ def spectrum_figures(design: Design, exposure: str) -> list[str]:
         "gap_lateral": (lambda ax: plot_gap(spectra, "lateral", ax=ax), "m²/Hz", f"Change of the lateral gap {sets}"),
         "current": (lambda ax: plot_current(spectra, ax=ax), "1/Hz", f"Control current over main-coil current {sets}"),
     }  # fmt: skip
-    measured = design.analysis.rms
+    measured = design.flown.rms
     return [
         _spectrum(spectra, quantity, draw, caption, unit)
         for quantity, (draw, unit, caption) in pictures.items()
@@ -85,7 +85,7 @@ def nyquist_figures(design: Design) -> list[str]:
     out = []
     for group in dict.fromkeys(c.group for c in curves):
         own = [c for c in curves if c.group == group]
-        peak = design.analysis.peak_sensitivity.get("heave_pitch" if group == "heave" else group)
+        peak = design.flown.peak_sensitivity.get("heave_pitch" if group == "heave" else group)
         limit = min(asked) if asked else None if peak is None else peak.upper
         svg = svg_figure(
             lambda ax, c=own, m=limit: plot_nyquist(c, peak_sensitivity=m, ax=ax), f"nyquist-{group.replace('_', '-')}",
@@ -106,7 +106,7 @@ def trade_off_figures(design: Design, curve: TradeOff | None) -> list[str]:
     if curve is None or all(cost is None for cost in curve.costs):
         return []
     own = [v for v in design.requirements if v.name == curve.quantity and v.value is not None]
-    chosen = (own[0].limit, design.analysis.cost) if own and design.analysis.cost is not None else None
+    chosen = (own[0].limit, design.flown.cost) if own and design.flown.cost is not None else None
     svg = svg_figure(
         lambda ax: plot_tradeoff(curve, chosen=chosen, link="#pick-{}", ax=ax),
         "trade-off",

@@ -45,8 +45,8 @@ def report_html(
     """
     if table is not None and table.to_gains() != design.gains:
         raise InputError("the gain table must hold the design's gains; it holds others. Make both from one design.")
-    responds = design.analysis.cost is not None
-    why_not = UNFILTERED if design.analysis.stable else UNSTABLE
+    responds = design.flown.cost is not None
+    why_not = UNFILTERED if design.flown.stable else UNSTABLE
     sections = [
         ("Requirements", requirement_table(design.requirements)),
         ("Gains", _gains(design)),
@@ -62,7 +62,7 @@ def report_html(
 
 
 def _header(design: Design, time: str) -> str:
-    a, met = design.analysis, [v.met for v in design.requirements]
+    a, met = design.flown, [v.met for v in design.requirements]
     word, kind = (f"✓ all {len(met)} requirements met", "met") if met else ("no requirements", "")
     if not all(met):
         word, kind = f"✗ {met.count(False)} of {len(met)} requirements missed", "missed"
@@ -97,7 +97,7 @@ def _gains(design: Design) -> str:
 
 
 def _ride(design: Design) -> str:
-    a = design.analysis
+    a = design.flown
     quantities = {
         "vertical acceleration": ("acceleration_z", "mm/s²"), "vertical, Wk-weighted": ("weighted_z", "mm/s²"),
         "lateral acceleration": ("acceleration_y", "mm/s²"), "lateral, Wd-weighted": ("weighted_y", "mm/s²"),

@@ -61,8 +61,8 @@ def schedule_section(scheduled: ScheduledDesign) -> str:
         f"tuned at {len(s.points)}. "
         f"Requirements and figures below are those at cruise, {scheduled.problem.setting.speed:g} m/s."
     )
-    if single is not None and scheduled.cruise.analysis.cost is not None:
-        more = 100 * (scheduled.cruise.analysis.cost / single - 1)
+    if single is not None and scheduled.cruise.flown.cost is not None:
+        more = 100 * (scheduled.cruise.flown.cost / single - 1)
         words += f" The cost there is {more:.2g} % above that of the best gains for cruise alone."
     return (
         f"<section><h2>Schedule over speed</h2><p>{escape(words)}</p>{table}"
