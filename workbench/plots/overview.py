@@ -23,9 +23,9 @@ def plot_overview(design: Design, curve: TradeOff | None = None):
     limits = {r.name: r.limit for r in design.problem.requirements}
     setting, gains = design.problem.setting, design.gains
     plot_roots(
-        design.analysis.modes, damping=limits.get(DampingRatio.kind), decay=limits.get(DecayRate.kind), ax=axes[0, 0]
+        design.flown.modes, damping=limits.get(DampingRatio.kind), decay=limits.get(DecayRate.kind), ax=axes[0, 0]
     )
-    peaks = {group: peak.value for group, peak in design.analysis.peak_sensitivity.items() if peak is not None}
+    peaks = {group: peak.value for group, peak in design.flown.peak_sensitivity.items() if peak is not None}
     tightest = max(peaks, key=lambda group: peaks[group])
     curves = [c for c in loop_curves(setting, gains) if c.group == tightest or len(peaks) == 1]
     plot_nyquist(curves, peak_sensitivity=limits.get(PeakSensitivity.kind), ax=axes[0, 1])
@@ -35,6 +35,6 @@ def plot_overview(design: Design, curve: TradeOff | None = None):
         plot_acceleration(spectra, "vertical", masks=[mask_for("vertical")], ax=axes[1, 1])
     else:
         wanted = limits[curve.quantity]
-        plot_tradeoff(curve, chosen=(wanted, design.analysis.cost), ax=axes[1, 1])
-    figure.suptitle(f"{design.problem.title}: cost J = {design.analysis.cost:.4g}")
+        plot_tradeoff(curve, chosen=(wanted, design.flown.cost), ax=axes[1, 1])
+    figure.suptitle(f"{design.problem.title}: cost J = {design.flown.cost:.4g}")
     return figure
