@@ -9,6 +9,7 @@ relative to it. A damping row of a root λ is (−Re λ − ζ|λ|)/√(|λ|² +
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -54,12 +55,10 @@ def damping_rows(loop: Stacked, K: LawMatrices, damping: float, decay: float = 0
 
 @dataclass(frozen=True)
 class GroupLoops:
-    """The loops of one group of motion: at its commands, and at its modal signals."""
+    """The loops of one group of motion, at its commands and at its modal signals; their laws are made when asked for."""
 
     subject: Subject
-    law: LawFunction
     loop: Stacked
-    modal_law: LawFunction
     modal_loop: Stacked
     modal: tuple[str, ...]
 
@@ -72,10 +71,17 @@ class GroupLoops:
         E = loop.E.copy()
         through = np.hstack([E[:, : loop.commands] @ spread, E[:, loop.commands :]])
         modal_loop = Stacked(f"{loop.name}, modal", loop.A0, through, loop.F, len(own), loop.sensors)
-        return cls(
-            subject, LawFunction(subject), loop, LawFunction(subject, modal=own), modal_loop,
-            tuple(MODAL[k] for k in own),
-        )  # fmt: skip
+        return cls(subject, loop, modal_loop, tuple(MODAL[k] for k in own))
+
+    @cached_property
+    def law(self) -> LawFunction:
+        """From the parameters to the pattern commands."""
+        return LawFunction(self.subject)
+
+    @cached_property
+    def modal_law(self) -> LawFunction:
+        """From the parameters to the modal signals."""
+        return LawFunction(self.subject, modal=[MODAL.index(name) for name in self.modal])
 
     def read(self, kinds: Sequence[str]) -> np.ndarray:
         """(r, sensors) the motions that the law resolves from kinds of sensors; the other sensors' columns are zero."""
@@ -136,8 +142,9 @@ class Reserve:
     def law(self, which: Law) -> LawFunction:
         """The law's matrices as a function of θ."""
         if which not in self._laws:
-            if which.modal:
-                self._laws[which] = next(g.modal_law for g in self.groups if g.subject.name == which.group)
+            own = next((g for g in self.groups if g.subject.name == which.group), None)
+            if own is not None and which.sample_time is None:
+                self._laws[which] = own.modal_law if which.modal else own.law
             else:
                 self._laws[which] = LawFunction(self._subject(which.group), which.sample_time)
         return self._laws[which]
@@ -225,53 +232,31 @@ class Reserve:
     def scaled(self, point: str, factor: float) -> Loops:
         """The loops with a factor at a break point."""
 
+        def on(every: Sequence[str], name: str) -> np.ndarray:
+            return np.where(np.array(every) == name, factor, 1.0)
+
         def make() -> Loops:
             kind, _, name = point.partition(":")
             law = self.setting.law
             if kind == "kind":
                 return self._varied(f"scale:{name}:{factor!r}")
-            if kind == "modal":
-                return tuple(
-                    (
-                        Law(g.subject.name, modal=True),
-                        g.modal_loop.with_commands(point, np.where(np.array(g.modal) == name, factor, 1.0)),
+            found: list[tuple[Law, Stacked]] = []
+            for g in self.groups:
+                patterns = PATTERNS.get(g.subject.name, g.subject.commands)
+                if kind == "modal" and name in g.modal:
+                    found.append(
+                        (Law(g.subject.name, modal=True), g.modal_loop.with_commands(point, on(g.modal, name)))
                     )
-                    for g in self.groups
-                    if name in g.modal
-                )
-            if kind == "pattern":
-                names = {g.subject.name: PATTERNS.get(g.subject.name, g.subject.commands) for g in self.groups}
-                return tuple(
-                    (
-                        Law(g.subject.name),
-                        g.loop.with_commands(
-                            point, np.array([factor if n == name else 1.0 for n in names[g.subject.name]])
-                        ),
-                    )
-                    for g in self.groups
-                    if name in names[g.subject.name]
-                )
-            if point == "currents:uniform":
-                return tuple(
-                    (Law(g.subject.name), g.loop.with_commands(point, np.full(g.loop.commands, factor)))
-                    for g in self.groups
-                )
+                elif kind == "pattern" and name in patterns:
+                    found.append((Law(g.subject.name), g.loop.with_commands(point, on(patterns, name))))
+                elif point == "currents:uniform":
+                    found.append((Law(g.subject.name), g.loop.with_commands(point, np.full(g.loop.commands, factor))))
+            if found:
+                return tuple(found)
             whole = Stacked.of(self._subject("all"), point)
             if kind == "sensor":
-                return (
-                    (
-                        Law("all"),
-                        whole.with_sensors(point, np.array([factor if s == name else 1.0 for s in law.sensors])),
-                    ),
-                )
-            return (
-                (
-                    Law("all"),
-                    whole.with_commands(
-                        point, np.array([factor if c == f"command_{name}" else 1.0 for c in law.commands])
-                    ),
-                ),
-            )
+                return ((Law("all"), whole.with_sensors(point, on(law.sensors, name))),)
+            return ((Law("all"), whole.with_commands(point, on(law.commands, f"command_{name}"))),)
 
         return self._kept(("scaled", point, factor), make)
 
