@@ -55,7 +55,7 @@ def damping_rows(loop: Stacked, K: LawMatrices, damping: float, decay: float = 0
 
 @dataclass(frozen=True)
 class GroupLoops:
-    """The loops of one group of motion, at its commands and at its modal signals; their laws are made when asked for."""
+    """The loops of one group of motion, at its commands and at its modal signals; their laws are made when asked."""
 
     subject: Subject
     loop: Stacked

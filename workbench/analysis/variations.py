@@ -72,7 +72,7 @@ def variations(setting: Setting, gains: Gains) -> tuple[Varied, ...]:
     for kind, kinds in KINDS.items():
         for factor in SCALES:
             scale = np.where(setting.law.of_kinds(kinds), factor, 1.0)
-            loops = [(s, _closed(s, gains, sensors=scale)) for s in setting.subjects]
+            loops = [(s, closed_scaled(s, gains, sensors=scale)) for s in setting.subjects]
             if any(_used(s, kinds) for s in setting.subjects):
                 found.append(_grouped(f"scale:{kind}:{factor:g}", loops))
     if setting.elsewhere is not None:
@@ -104,11 +104,11 @@ def _losses(setting: Setting, gains: Gains) -> list[Varied]:
     found = []
     for k, name in enumerate(law.commands):
         commands = np.array([float(i != k) for i in range(len(law.commands))])
-        closed = _closed(whole, gains, commands=commands)
+        closed = closed_scaled(whole, gains, commands=commands)
         found.append(_whole(f"lost:{name.removeprefix('command_')}", whole, closed, patterns))
     for k, name in enumerate(law.sensors):
         sensors = np.array([float(i != k) for i in range(len(law.sensors))])
-        found.append(_whole(f"dead:{name}", whole, _closed(whole, gains, sensors=sensors), patterns))
+        found.append(_whole(f"dead:{name}", whole, closed_scaled(whole, gains, sensors=sensors), patterns))
     return found
 
 
@@ -117,7 +117,7 @@ def _used(s: Subject, kinds: Sequence[str]) -> bool:
     return bool(s.law.measurement_matrix()[s.modal_rows][:, s.law.of_kinds(kinds)].any())
 
 
-def _closed(
+def closed_scaled(
     s: Subject, gains: Gains, *, sensors: np.ndarray | None = None, commands: np.ndarray | None = None
 ) -> Plant:
     """The closed loop with the law's inputs and outputs scaled."""

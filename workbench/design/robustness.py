@@ -11,10 +11,10 @@ import numpy as np
 
 from workbench.analysis.mode import REAL
 from workbench.analysis.setting import Setting
+from workbench.analysis.variations import closed_scaled
 from workbench.control import Gains
 from workbench.control.gains import LATERAL, VERTICAL
 from workbench.control.loop import GROUPS, Subject, subject
-from workbench.control.loop.closed import interconnect
 from workbench.control.loop.group import commanded
 from workbench.design.problem import Problem
 from workbench.lti import Plant
@@ -86,11 +86,7 @@ def _case(name: str, loops: list[tuple[Subject, Plant]]) -> Case:
 def _lost_command(setting: Setting, gains: Gains, lost: int) -> Case:
     """The whole vehicle with one command at zero, a motor keeping its mean current; sensitivity at the others."""
     whole = subject(setting.plant, setting.law, "all")
-    A, B, C, D = whole.controller(gains)
-    C, D = C.copy(), D.copy()
-    C[lost], D[lost] = 0.0, 0.0
-    names = tuple(f"filter {k + 1}" for k in range(len(A)))
-    closed = interconnect(whole.plant, (A, B, C, D), whole.commands, setting.law.sensors, names)
+    closed = closed_scaled(whole, gains, commands=np.array([float(k != lost) for k in range(len(whole.commands))]))
     poles = closed.poles()
     stable = bool(poles.real.max() < 0)
     peaks: dict[str, float | None] = {}
