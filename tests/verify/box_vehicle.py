@@ -1,6 +1,7 @@
 """A shipped vehicle's closed loop over a box of factors: rational matrices from the decimals of its gain table."""
 
 import json
+from fractions import Fraction
 from pathlib import Path
 
 from flint import fmpq, fmpq_mat
@@ -35,10 +36,8 @@ class VehicleLoop:
     def __init__(self, group: str, names: tuple[str, ...], scale: str = "1") -> None:
         self.table = table_of(json.loads(APPROVED.read_text(encoding="utf-8")))
         self.group, self.names = group, names
-        full = Box(
-            names, tuple(fmpq(100 - WIDTH[n], 100) for n in names), tuple(fmpq(100 + WIDTH[n], 100) for n in names)
-        )
-        self.box = full.scaled(scale)
+        width = [fmpq(WIDTH[n], 100) * fmpq(*Fraction(scale).as_integer_ratio()) for n in names]
+        self.box = Box(names, tuple(1 - w for w in width), tuple(1 + w for w in width))
         self.degrees = tuple(DEGREE[group][name] for name in names)
         self.inverse = tuple(name for name in names if name in DIVIDES)
         nominal = closed_loop(self.table, group)

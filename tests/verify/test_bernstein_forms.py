@@ -9,7 +9,7 @@ from flint import fmpq
 
 from workbench.verify.family.form import Form
 from workbench.verify.family.lanes import LANE, VALUE, lanes
-from workbench.verify.family.search import replay, search
+from workbench.verify.family.search import search
 from workbench.verify.family.share import shares, volume
 
 
@@ -40,7 +40,7 @@ def random_form(degrees, seed) -> Form:
         count *= d + 1
     return Form.of(
         degrees, [fmpq(generator.randint(-(10**9), 10**9), generator.randint(1, 10**6)) for _ in range(count)]
-    )[0]
+    )
 
 
 @pytest.mark.parametrize("degrees", [(1, 2, 3), (3, 9, 2), (2, 0, 1, 4), (5,)])
@@ -89,30 +89,13 @@ def test_random_polynomials_are_proved_positive_exactly_when_dense_sampling_says
         lift = random.Random(seed).choice([0, 1, 2]) * 2 ** (VALUE - 2)
         values = [form.layout.lanes.entry(e, k) + lift for k in range(3) for e in form.elements]
         form = Form.rounded((2, 3), values)
-        found = search((form,), lambda f: [] if f[0].positive() else None, most=400, deadline=float("inf"))
+        found = search((form,), lambda f: f[0].positive(), most=400, deadline=float("inf"))
         steps = [Fraction(k, 6) for k in range(7)]
         least = min(value_of(form, (a, b)) for a in steps for b in steps)
         proved = not found.left
         outcomes.add(proved)
         assert proved == (least > 0)
-        if proved:
-            assert replay((form,), found.tree(), lambda f, mark: mark == [] and f[0].positive())
     assert outcomes == {True, False}
-
-
-def test_a_tree_with_a_missing_or_an_additional_piece_is_refused():
-    form = Form.rounded((2, 2), [2**100 * v for v in (9, -1, 9, 9, 9, 9, 9, 9, 9)])
-    found = search((form,), lambda f: [] if f[0].positive() else None, most=400, deadline=float("inf"))
-    tree = found.tree()
-
-    def confirm(forms, mark):
-        return mark == [] and forms[0].positive()
-
-    assert replay((form,), tree, confirm)
-    assert not replay((form,), tree[:-1], confirm)
-    assert not replay((form,), [*tree, []], confirm)
-    assert not replay((form,), [[]], confirm)
-    assert not replay((form,), [7, [], []], confirm)
 
 
 def test_open_and_free_cells_fill_the_box():
@@ -131,19 +114,8 @@ def test_a_lane_is_wide_enough_for_a_weighted_sum():
     assert place.below(weighted, (1 << 15) * (1 << (VALUE + 1))) == 0
 
 
-def test_a_perturbation_larger_than_the_polynomial_is_refused():
-    with pytest.raises(ValueError, match="smaller than the polynomial"):
-        Form.of((1,), [fmpq(1), fmpq(2)], [fmpq(100), fmpq(0)])
-
-
 def test_the_extremes_of_a_tensor_fit():
     almost = fmpq(2**400 - 1, 2**400)
-    form = Form.of((1, 1), [-almost, almost, fmpq(0), -almost])[0]
+    form = Form.of((1, 1), [-almost, almost, fmpq(0), -almost])
     assert not form.positive()
     assert form.negative_at_a_corner()
-
-
-def test_a_tree_that_only_goes_deeper_is_refused():
-    form = Form.rounded((2, 2), [2**100] * 9)
-    assert replay((form,), [0, [], []], lambda f, mark: f[0].positive())
-    assert not replay((form,), [0] * 2000, lambda f, mark: f[0].positive())

@@ -5,7 +5,6 @@ from itertools import product
 import numpy as np
 import pytest
 from box_vehicle import VehicleLoop
-from scipy.linalg import solve_continuous_lyapunov
 
 from workbench.control.loop.subject import subject
 from workbench.files.problem import load_problem
@@ -17,10 +16,8 @@ from workbench.verify.family.box import (
     prove_decay,
     prove_hurwitz,
     prove_peak_sensitivity,
-    recheck,
     smallest_peak,
 )
-from workbench.verify.family.lyapunov import prove_common_lyapunov
 from workbench.verify.family.polynomial import characteristic, interpolate
 from workbench.verify.family.sensitivity import peak_at, sensitivity_family
 
@@ -54,7 +51,6 @@ def test_damping_over_mass_and_current_force_is_that_of_the_worst_vertex(group):
     family = family_of(loop)
     below = prove_damping(family, 0.999 * worst)
     assert below.proved
-    assert recheck(family, below.certificate)
     above = prove_damping(family, 1.001 * worst, most=1000)
     assert not above.proved
     assert above.undecided > 0
@@ -79,7 +75,6 @@ def test_four_parameters_leave_nothing_undecided():
     assert bounds.proof.undecided == 0
     for proof in (prove_hurwitz(family), prove_decay(family, "0.1")):
         assert proof.proved
-        assert recheck(family, proof.certificate)
 
 
 def test_the_nominal_peak_is_the_analysis_own_and_the_box_bound_lies_within_half_a_percent_of_its_worst_vertex():
@@ -92,7 +87,6 @@ def test_the_nominal_peak_is_the_analysis_own_and_the_box_bound_lies_within_half
     worst = max(float(peak_at(family, v)[0].mid()) for v in loop.box.vertices())
     proof = prove_peak_sensitivity(family, 1.005 * worst)
     assert proof.proved
-    assert recheck(family, proof.certificate)
     refused = prove_peak_sensitivity(family, 0.995 * worst)
     assert not refused.proved
     assert refused.counterexample is not None
@@ -107,9 +101,6 @@ def test_sensitivity_in_four_parameters_is_bounded_within_half_a_percent():
     assert bounds.low > 1
     assert bounds.high <= 1.0051 * bounds.low
     assert bounds.proof is not None
-    assert recheck(family, bounds.proof.certificate)
-    changed = {**bounds.proof.certificate, "gamma": "101/100"}
-    assert not recheck(family, changed)
 
 
 @pytest.mark.slow
@@ -120,15 +111,3 @@ def test_six_parameters_are_proved():
     family = family_of(loop)
     for proof in (prove_hurwitz(family), prove_damping(family, "0.1"), prove_decay(family, "0.1")):
         assert proof.proved
-
-
-def test_one_lyapunov_matrix_covers_a_small_box_of_varying_mass_and_force():
-    # P of the nominal loop, in floating point; boxes as large as the proof over constant parameters need an LMI's P
-    small = VehicleLoop("heave_pitch", ("mass", "current_force"), "0.05")
-    A = np.array([[float(e) for e in row] for row in small.state_matrix((1, 1)).tolist()])
-    P = solve_continuous_lyapunov(A.T, -np.eye(len(A)))
-    proof = prove_common_lyapunov(P.tolist(), small.state_matrix, small.box, inverse=small.inverse)
-    assert proof.proved
-    assert proof.pieces == 4
-    full = VehicleLoop("heave_pitch", ("mass", "current_force"))
-    assert not prove_common_lyapunov((-P).tolist(), full.state_matrix, full.box, inverse=full.inverse).proved

@@ -2,19 +2,16 @@
 
     Family --zero exclusion--> prove_hurwitz, prove_damping, prove_decay --bisection--> largest_damping, largest_decay
     SensitivityFamily --positivity--> prove_peak_sensitivity --bisection--> smallest_peak
-    Proof.certificate --rebuilt family--> recheck
 
 A proof covers parameters that are constant in time, anywhere in the box. What stays undecided is said as the share of
-the box, with its pieces; a member that breaks the claim is named when one is found, and ends the search unless it is to
-be thorough (about the share that stays open). Proofs rest on the degree bounds given to the family.
+the box; a member that breaks the claim is named when one is found, and ends the search unless it is to be thorough
+(about the share that stays open). Proofs rest on the degree bounds given to the family.
 """
 
-import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from fractions import Fraction
 from math import inf, nextafter
 from time import perf_counter
-from typing import Any
 
 from flint import arb, fmpq
 
@@ -24,57 +21,36 @@ from workbench.verify.family.enclosure import Enclosure as Enclosure
 from workbench.verify.family.enclosure import Proof as Proof
 from workbench.verify.family.enclosure import enclosed, sampled
 from workbench.verify.family.polynomial import Box, Family, Point, rational
-from workbench.verify.family.rounding import (
-    RoundedFamily,
-    confirmed_with_rounding,
-    direction_with_rounding,
-    rounded_forms,
-)
-from workbench.verify.family.search import Piece, Search, replay, search
+from workbench.verify.family.search import Piece, Search, search
 from workbench.verify.family.sensitivity import SensitivityFamily, excess_form, peak_at
-from workbench.verify.family.share import Shares, corners, listed, middle, shares, volume
+from workbench.verify.family.share import Shares, corners, middle, shares, volume
 
-EXACT = re.compile(r"\d{1,400}(/[1-9]\d{0,400})?")
 MOST_PIECES = 4000
 BUDGET = 20.0  # s
 NOT_AT_ALL = fmpq(0)
 MEMBERS = 100  # exact checks of single members that an incomplete proof may spend
 
 
-def prove_hurwitz(
-    family: Family | RoundedFamily, *, most: int = MOST_PIECES, budget: float = BUDGET, thorough: bool = False
-) -> Proof:
+def prove_hurwitz(family: Family, *, most: int = MOST_PIECES, budget: float = BUDGET, thorough: bool = False) -> Proof:
     """Every root of every member has a negative real part."""
-    return _prove_region("every pole has a negative real part", family, fmpq(0), fmpq(0), most, budget, thorough)
+    return _prove_region(family, fmpq(0), fmpq(0), most, budget, thorough)
 
 
 def prove_damping(
-    family: Family | RoundedFamily,
-    zeta: object,
-    *,
-    most: int = MOST_PIECES,
-    budget: float = BUDGET,
-    thorough: bool = False,
+    family: Family, zeta: object, *, most: int = MOST_PIECES, budget: float = BUDGET, thorough: bool = False
 ) -> Proof:
     """Every root s of every member has -Re s > ζ|s|; 0 <= ζ < 1."""
     z = rational(zeta)
     if not 0 <= z < 1:
         raise ValueError(f"a damping ratio to prove must lie in 0 … 1; got {float(z):g}. Ask for less than 1.")
-    return _prove_region(f"every pole is damped by more than {float(z):g}", family, z, fmpq(0), most, budget, thorough)
+    return _prove_region(family, z, fmpq(0), most, budget, thorough)
 
 
 def prove_decay(
-    family: Family | RoundedFamily,
-    sigma: object,
-    *,
-    most: int = MOST_PIECES,
-    budget: float = BUDGET,
-    thorough: bool = False,
+    family: Family, sigma: object, *, most: int = MOST_PIECES, budget: float = BUDGET, thorough: bool = False
 ) -> Proof:
     """Every root of every member has a real part below -σ [1/s]."""
-    rate = rational(sigma)
-    claim = f"every pole decays faster than {float(rate):g} per second"
-    return _prove_region(claim, family, fmpq(0), rate, most, budget, thorough)
+    return _prove_region(family, fmpq(0), rational(sigma), most, budget, thorough)
 
 
 def prove_peak_sensitivity(
@@ -91,68 +67,21 @@ def prove_peak_sensitivity(
     stable : a proof of stability of the same family made before; made here if left out
     """
     begin, g = perf_counter(), rational(gamma)
-    claim = f"peak sensitivity is below {float(g):g}"
     if not g > 1:
         raise ValueError(f"a peak sensitivity to prove must exceed 1, its value at infinity; got {float(g):g}.")
     stable = prove_hurwitz(family.p, most=most, budget=budget) if stable is None else stable
     if not stable.proved:
         return Proof(
-            claim=claim, proved=False, undecided=1.0, pieces=stable.pieces, seconds=perf_counter() - begin,
-            detail=f"stability comes first: {stable.detail}", left=stable.left, counterexample=stable.counterexample,
+            proved=False, undecided=1.0, pieces=stable.pieces, detail=f"stability comes first: {stable.detail}",
+            counterexample=stable.counterexample,
         )  # fmt: skip
     judge = box_sensitivity.positive_or_open if thorough else box_sensitivity.positive
     found = search((excess_form(family, g),), judge, most=most, deadline=begin + budget)
-    cut = _shares(found, family.box)
-    open_share = float(sum(map(volume, cut.open)))
     counterexample = None
     if found.refuted:
         at = corners(family.box, found.left[0].place[:-1])[:9]
         counterexample = max(at, key=lambda v: float(peak_at(family, v)[0].mid()))
-    return Proof(
-        claim=claim, proved=not found.left, undecided=open_share, pieces=found.pieces, seconds=perf_counter() - begin,
-        detail=_sentence(found, open_share), left=listed(cut, family.box), counterexample=counterexample,
-        certificate={
-            "kind": "peak", "gamma": str(g), "tree": found.tree(), "stability": dict(stable.certificate)
-        } if not found.left else {},
-    )  # fmt: skip
-
-
-def recheck(family: Family | RoundedFamily | SensitivityFamily, certificate: Mapping[str, Any]) -> bool:
-    """Whether a certificate proves its claim for a family rebuilt by the checker; claims stand in the certificate."""
-    try:
-        return _recheck(family, certificate)
-    except (KeyError, TypeError, ValueError, AttributeError, ZeroDivisionError):
-        return False  # not a certificate
-
-
-def _recheck(family: Family | RoundedFamily | SensitivityFamily, certificate: Mapping[str, Any]) -> bool:
-    kind = certificate.get("kind")
-    if kind == "peak" and isinstance(family, SensitivityFamily):
-        gamma = _exact(certificate["gamma"])
-        stable = certificate["stability"]
-        return (
-            gamma > 1
-            and stable.get("kind") == "sector"
-            and _exact(stable["zeta"]) >= 0
-            and _exact(stable["sigma"]) >= 0
-            and _recheck(family.p, stable)
-            and replay((excess_form(family, gamma),), certificate["tree"], box_sensitivity.confirmed)
-        )
-    if kind not in ("sector", "rounded sector") or isinstance(family, SensitivityFamily):
-        return False
-    zeta, sigma, tree = _exact(certificate["zeta"]), _exact(certificate["sigma"]), certificate["tree"]
-    if not 0 <= zeta < 1 or exclusion.inside(family.at(family.box.centre), zeta, sigma) is not True:
-        return False
-    if isinstance(family, RoundedFamily):
-        return kind == "rounded sector" and replay(rounded_forms(family, zeta, sigma), tree, confirmed_with_rounding)
-    return kind == "sector" and replay(exclusion.ray_forms(family, zeta, sigma), tree, exclusion.confirmed)
-
-
-def _exact(text: str) -> fmpq:
-    """A rational written as p or p/q; ValueError for anything else."""
-    if not EXACT.fullmatch(text):
-        raise ValueError("a number of a certificate must be written as p or p/q.")
-    return rational(text)
+    return _proof(found, float(sum(map(volume, _cut(found, family.box).open))), counterexample)
 
 
 def largest_damping(
@@ -210,17 +139,14 @@ def _worst(
     return enclosed(start, attempt, value, -1, tolerance, end)
 
 
-def _prove_region(
-    claim: str, family: Family | RoundedFamily, zeta: fmpq, sigma: fmpq, most: int, budget: float, thorough: bool
-) -> Proof:
+def _prove_region(family: Family, zeta: fmpq, sigma: fmpq, most: int, budget: float, thorough: bool) -> Proof:
     begin = perf_counter()
     box = family.box
     centre = exclusion.inside(family.at(box.centre), zeta, sigma)
     if centre is not True:
         return Proof(
-            claim=claim, proved=False, undecided=1.0, pieces=0, seconds=perf_counter() - begin,
+            proved=False, undecided=1.0, pieces=0, counterexample=box.centre if centre is False else None,
             detail="the centre of the box breaks the claim" if centre is False else "the centre is too close to call",
-            counterexample=box.centre if centre is False else None,
         )  # fmt: skip
     met: list[Point] = []
 
@@ -231,33 +157,27 @@ def _prove_region(
                 return True
         return False
 
-    rounded = isinstance(family, RoundedFamily)
-    forms = rounded_forms(family, zeta, sigma) if rounded else exclusion.ray_forms(family, zeta, sigma)
-    judge = direction_with_rounding if rounded else exclusion.direction_of
-    found = search(forms, judge, most=most, deadline=begin + budget, doubt=None if thorough else doubt)
-    cut = _shares(found, box)
+    forms = exclusion.ray_forms(family, zeta, sigma)
+    found = search(forms, exclusion.excluded, most=most, deadline=begin + budget, doubt=None if thorough else doubt)
     # Free cells may lie beyond a crossing: each needs a member of its own that keeps the claim.
-    free = Fraction(0)
-    for cell in cut.free if not found.left else cut.free[:MEMBERS]:
-        if not found.left or exclusion.inside(family.at(middle(box, cell)), zeta, sigma):
+    free = Fraction(0) if found.left else Fraction(1)
+    for cell in _cut(found, box).free[:MEMBERS] if found.left else ():
+        if exclusion.inside(family.at(middle(box, cell)), zeta, sigma):
             free += volume(cell)
-    share = float(1 - free)
-    kind = "rounded sector" if rounded else "sector"
-    certificate = {"kind": kind, "zeta": str(zeta), "sigma": str(sigma), "tree": found.tree()}
-    return Proof(
-        claim=claim, proved=not found.left, undecided=share, pieces=found.pieces, seconds=perf_counter() - begin,
-        detail=_sentence(found, share), left=listed(cut, box), counterexample=met[0] if met else None,
-        certificate=certificate if not found.left else {},
-    )  # fmt: skip
+    return _proof(found, float(1 - free), met[0] if met else None)
 
 
-def _shares(found: Search, box: Box) -> Shares:
+def _cut(found: Search, box: Box) -> Shares:
     return shares([piece.place[:-1] for piece in found.left], len(box.names))
 
 
-def _sentence(found: Search, share: float) -> str:
+def _proof(found: Search, share: float, counterexample: Point | None) -> Proof:
     if not found.left:
-        return f"proved on {found.pieces} pieces"
-    if found.refuted:
-        return f"false at a member met after {found.pieces} pieces"
-    return f"{100 * share:.3g} % of the box undecided after {found.pieces} pieces"
+        detail = f"proved on {found.pieces} pieces"
+    elif found.refuted:
+        detail = f"false at a member met after {found.pieces} pieces"
+    else:
+        detail = f"{100 * share:.3g} % of the box undecided after {found.pieces} pieces"
+    return Proof(
+        proved=not found.left, undecided=share, pieces=found.pieces, detail=detail, counterexample=counterexample
+    )

@@ -3,12 +3,11 @@
 members sampled --worst--> attained;   bound near it --attempt--> Proof | member beyond it (attained anew) | farther
 """
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from itertools import product
 from math import inf
 from time import perf_counter
-from typing import Any
 
 from flint import fmpq
 
@@ -21,24 +20,18 @@ STEPS = 12  # of a search for the best provable value
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Proof:
-    """What was claimed of a box and how far it is proved.
+    """How far a claim about a box is proved.
 
     undecided : share of the box on which the claim is not proved (0 if proved), never too small
-    pieces, seconds : work done
-    left : undecided pieces (lower, upper), the largest first, at most SHOWN
+    pieces : work done
     counterexample : a point of the box at which the claim is false, if one was met
-    certificate : what `recheck` needs beside the rebuilt family; JSON types only
     """
 
-    claim: str
     proved: bool
     undecided: float
     pieces: int
-    seconds: float
     detail: str
-    left: tuple[tuple[Point, Point], ...] = ()
     counterexample: Point | None = None
-    certificate: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -14,14 +14,12 @@ that excludes nothing, so all is exact until it is rounded to fixed point, with 
 
 from collections.abc import Iterable, Sequence
 from math import atan2, comb, cos, hypot, pi, sin
-from typing import Any
 
 from flint import acb, arb, ctx, fmpq, fmpq_poly
 
 from workbench.verify.family.form import Form
 from workbench.verify.family.lanes import BIAS, WEIGHT, marked
 from workbench.verify.family.polynomial import Family
-from workbench.verify.family.search import Mark
 
 NARROW = 2e-3  # rad: an interval of directions narrower than this is taken for empty
 PRECISIONS = (64, 192, 512)  # bits, tried in turn for the roots of one member
@@ -41,7 +39,7 @@ def ray_forms(family: Family, zeta: fmpq, sigma: fmpq) -> tuple[Form, Form]:
     moved = family.shifted(-sigma)
     real, imaginary = ray_factors(moved, zeta)
     degrees = (*family.degrees, family.order)
-    return Form.of(degrees, along(moved, real))[0], Form.of(degrees, along(moved, imaginary))[0]
+    return Form.of(degrees, along(moved, real)), Form.of(degrees, along(moved, imaginary))
 
 
 def ray_factors(family: Family, zeta: fmpq) -> tuple[list[fmpq], list[fmpq]]:
@@ -84,8 +82,8 @@ def separated(forms: Sequence[Form], direction: Sequence[int]) -> list[list[int]
     return found if any_left else None
 
 
-def direction_of(forms: tuple[Form, ...]) -> Mark | None:
-    """A direction in which every coefficient is positive, or None if there is none (or hardly one)."""
+def excluded(forms: tuple[Form, ...]) -> bool:
+    """Whether a direction is found in which every coefficient is positive: zero lies outside their hull."""
     real, imaginary = forms[0], forms[1]
     masks = real.layout.lanes
     low, high, centre = -pi / 2, pi / 2, None
@@ -102,15 +100,15 @@ def direction_of(forms: tuple[Form, ...]) -> Mark | None:
                 angle -= 2 * pi * round(angle / (2 * pi))
                 low, high = max(low, angle - pi / 2), min(high, angle + pi / 2)
         if high - low < NARROW or centre is None:
-            return None
+            return False
         middle = centre + (low + high) / 2
         size = WEIGHT / hypot(cos(middle), sin(middle))
         direction = [int(size * cos(middle)), int(size * sin(middle))]
         before = high - low
         found = separated(forms, direction)
         if found is not None and not _cuts(forms, found, centre, low, high, before):
-            return None
-    return direction
+            return False
+    return True
 
 
 def _cuts(forms: Sequence[Form], found: list[list[int]], centre: float, low: float, high: float, before: float) -> bool:
@@ -123,17 +121,6 @@ def _cuts(forms: Sequence[Form], found: list[list[int]], centre: float, low: flo
             if min(high, angle + pi / 2) - max(low, angle - pi / 2) < 0.999 * before:
                 return True
     return False
-
-
-def confirmed(forms: tuple[Form, ...], mark: Any) -> bool:
-    """Whether a stored direction is one, and separates."""
-    usable = (
-        isinstance(mark, list)
-        and len(mark) == 2
-        and all(type(v) is int and abs(v) <= WEIGHT for v in mark)
-        and any(mark)
-    )
-    return bool(usable) and separated(forms, mark) is None
 
 
 def roots(polynomial: fmpq_poly, precision: int = 64) -> list[acb]:

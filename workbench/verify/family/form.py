@@ -81,20 +81,12 @@ class Form:
         return cls(place, place.arrange(values), error)
 
     @classmethod
-    def of(cls, degrees: tuple[int, ...], *tensors: Sequence[fmpq]) -> tuple["Form", ...]:
-        """From exact rationals, all in one unit, a power of two for which the largest of the first tensor fits.
-
-        Raises ValueError if another tensor is larger.
-        """
-        size = max((int(v.p).bit_length() - int(v.q).bit_length() + 1 for v in tensors[0] if v), default=0)
+    def of(cls, degrees: tuple[int, ...], values: Sequence[fmpq]) -> "Form":
+        """From exact rationals, in units of a power of two for which the largest fits."""
+        size = max((int(v.p).bit_length() - int(v.q).bit_length() + 1 for v in values if v), default=0)
         up, down = 1 << max(VALUE - 1 - size, 0), 1 << max(size + 1 - VALUE, 0)
         place = layout(degrees)
-        rounded = [[int(v.p) * up // (int(v.q) * down) for v in tensor] for tensor in tensors]
-        if any(abs(v) >> VALUE for tensor in rounded for v in tensor):
-            raise ValueError(
-                "perturbations must be smaller than the polynomial itself; they are not. Give more digits."
-            )
-        return tuple(cls(place, place.arrange(values), 1) for values in rounded)
+        return cls(place, place.arrange([int(v.p) * up // (int(v.q) * down) for v in values]), 1)
 
     def halves(self, axis: int) -> tuple["Form", "Form"]:
         """The same polynomial on the lower and on the upper half of an axis."""

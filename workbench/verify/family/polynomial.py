@@ -70,13 +70,6 @@ class Box:
         """All corners."""
         return [tuple(corner) for corner in product(*zip(self.lower, self.upper, strict=True))]
 
-    def scaled(self, factor: object) -> "Box":
-        """The box with every side multiplied by a factor about the centre."""
-        f = rational(factor)
-        low, high = ((1 - f) / 2, (1 + f) / 2)
-        count = len(self.names)
-        return Box(self.names, self.point([low] * count), self.point([high] * count))
-
 
 @dataclass(frozen=True, slots=True)
 class Family:
@@ -122,12 +115,11 @@ def characteristic(
     return sample
 
 
-def interpolate(sample: Sampler, box: Box, degrees: Sequence[int], *, reduced: bool = True) -> tuple[Family, ...]:
+def interpolate(sample: Sampler, box: Box, degrees: Sequence[int]) -> tuple[Family, ...]:
     """Families through the values of several polynomials in s on the grid of a box.
 
     sample : θ -> polynomials in s, each coefficient a polynomial in θ of at most the given degrees
-    degrees : bounds
-    reduced : whether the families get the true degrees where those are smaller
+    degrees : bounds; the families get the true ones where those are smaller
 
     Raises ValueError if a point off the grid disagrees: a bound was too low, or the values are no polynomial.
     """
@@ -144,23 +136,13 @@ def interpolate(sample: Sampler, box: Box, degrees: Sequence[int], *, reduced: b
     beyond = [max(degrees, default=0) + 1 + k for k in range(len(degrees))]
     elsewhere = box.point([fmpq(n, 2 * n + 1) for n in beyond])
     expected = tuple(sample(elsewhere))
-    families = _through(values, box, tuple(degrees), reduced)
+    families = _through(values, box, tuple(degrees))
     if tuple(family.at(elsewhere) for family in families) != expected:
         raise ValueError(
             f"the polynomials must have at most degrees {tuple(degrees)} in {', '.join(box.names)}; a point off the "
             "grid disagrees. Raise the bounds, or multiply by what the parameters divide by."
         )
     return families
-
-
-def spread(box: Box, degrees: Sequence[int]) -> tuple[list[Point], fmpq]:
-    """The grid of given degrees, and how far errors of values on it can grow in Bernstein coefficients."""
-    grid = product(*([fmpq(k, d) if d else fmpq(1, 2) for k in range(d + 1)] for d in degrees))
-    growth = fmpq(1)
-    for degree in degrees:
-        rows = (_to_bernstein(degree) * _to_powers(degree)).tolist()
-        growth *= max(sum((abs(e) for e in row), fmpq(0)) for row in rows)
-    return [box.point(shares) for shares in grid], growth
 
 
 def multiaffine(
@@ -207,10 +189,8 @@ def multiaffine(
     return evaluate
 
 
-def _through(
-    values: Sequence[Sequence[fmpq_poly]], box: Box, degrees: tuple[int, ...], reduced: bool
-) -> tuple[Family, ...]:
-    """The families through values on the grid, all of the same degrees: the smallest possible if reduced."""
+def _through(values: Sequence[Sequence[fmpq_poly]], box: Box, degrees: tuple[int, ...]) -> tuple[Family, ...]:
+    """The families through values on the grid, all of the same degrees: the smallest possible."""
     order = max(p.degree() for v in values for p in v)
     count = len(values[0])
     flat = [c for v in values for p in v for c in (*p.coeffs(), *[fmpq(0)] * (order - p.degree()))]
@@ -220,7 +200,7 @@ def _through(
         # the axis at hand stands first in the flat list, and is put last among the parameters when it is done
         rows = fmpq_mat(degree + 1, len(flat) // (degree + 1), flat)
         powers = (_to_powers(degree) * rows).tolist()
-        while reduced and len(powers) > 1 and not any(powers[-1]):
+        while len(powers) > 1 and not any(powers[-1]):
             powers.pop()
         found.append(len(powers) - 1)
         flat = _rotated((_to_bernstein(found[-1]) * fmpq_mat(powers)).tolist(), count * (order + 1))

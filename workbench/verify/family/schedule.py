@@ -9,12 +9,10 @@ harmless: interpolation is exact, and on short pieces of speed all but the lowes
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from flint import fmpq, fmpq_mat, fmpq_poly
 
 from workbench.verify.exact.sensitivity import roots_from_zero
-from workbench.verify.family.box import BUDGET, Proof, prove_damping, prove_decay, prove_hurwitz, prove_peak_sensitivity
 from workbench.verify.family.polynomial import Box, Point, rational
 from workbench.verify.family.sensitivity import SensitivityFamily, sensitivity_family
 
@@ -40,15 +38,6 @@ class GainSchedule:
                 f"a schedule must have a range that rises, a scale other than zero and coefficients for every gain; "
                 f"got {self.lower} to {self.upper}, scale {self.scale}. Mend its numbers."
             )
-
-    @classmethod
-    def of(cls, part: Mapping[str, Any]) -> "GainSchedule":
-        """From the `schedule` part of a table: decimal strings."""
-        low, high = part["range"]
-        return cls(
-            str(part["variable"]), rational(low), rational(high), rational(part["centre"]), rational(part["scale"]),
-            {name: tuple(rational(c) for c in given) for name, given in part["coefficients"].items()},
-        )  # fmt: skip
 
     def at(self, value: object) -> dict[str, fmpq]:
         """The gains at one value of the variable, exact."""
@@ -112,23 +101,3 @@ def schedule_family(
         return multiplier(theta[0], schedule.at(theta[0]), theta[1:]) if multiplier else fmpq(1)
 
     return sensitivity_family(at, whole, (degree, *degrees), factor, lengths)
-
-
-def prove_schedule(
-    family: SensitivityFamily,
-    *,
-    zeta: object = None,
-    sigma: object = None,
-    gamma: object = None,
-    budget: float = BUDGET,
-) -> tuple[Proof, ...]:
-    """Stability, and what else is asked for, at every value of the variable; each proof says what is open where."""
-    stable = prove_hurwitz(family.p, budget=budget)
-    proofs = [stable]
-    if zeta is not None:
-        proofs.append(prove_damping(family.p, zeta, budget=budget))
-    if sigma is not None:
-        proofs.append(prove_decay(family.p, sigma, budget=budget))
-    if gamma is not None:
-        proofs.append(prove_peak_sensitivity(family, gamma, stable=stable, budget=budget))
-    return tuple(proofs)

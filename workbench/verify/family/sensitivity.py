@@ -20,7 +20,7 @@ from workbench.verify.family.exclusion import frequency_exponent
 from workbench.verify.family.form import Form
 from workbench.verify.family.lanes import VALUE
 from workbench.verify.family.polynomial import Box, Family, Point, interpolate, rational
-from workbench.verify.family.search import Mark, Refuted
+from workbench.verify.family.search import Refuted
 
 BITS = VALUE + 24  # of the polynomials before they are squared
 GRID = 160  # frequencies at which an attained value is looked for
@@ -93,23 +93,18 @@ def excess_form(family: SensitivityFamily, gamma: fmpq) -> Form:
     return Form.rounded(degrees, values, (abs(a) + abs(b) + abs(c)) * error)
 
 
-def positive(forms: tuple[Form, ...]) -> Mark | None:
-    """An empty mark if F > 0 on the piece; raises Refuted where it is negative at a corner."""
+def positive(forms: tuple[Form, ...]) -> bool:
+    """Whether F > 0 on the piece; raises Refuted where it is negative at a corner."""
     if forms[0].positive():
-        return []
+        return True
     if forms[0].negative_at_a_corner():
         raise Refuted
-    return None
+    return False
 
 
-def positive_or_open(forms: tuple[Form, ...]) -> Mark | None:
-    """An empty mark if F > 0 on the piece; a piece where it is negative stays open without ending the search."""
-    return [] if forms[0].positive() else None
-
-
-def confirmed(forms: tuple[Form, ...], mark: object) -> bool:
-    """Whether F > 0 on a piece marked so."""
-    return mark == [] and forms[0].positive()
+def positive_or_open(forms: tuple[Form, ...]) -> bool:
+    """Whether F > 0 on the piece; where it is negative the piece stays open without ending the search."""
+    return forms[0].positive()
 
 
 @lru_cache(maxsize=8)

@@ -15,7 +15,6 @@ from workbench.verify.family.search import Interval
 
 Cell = tuple[Interval, ...]
 MOST_CELLS = 2000
-SHOWN = 16  # undecided pieces that a proof lists
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,13 +39,6 @@ def corners(box: Box, cell: Cell) -> list[Point]:
     """Middle and corners of a cell."""
     ends = product(*((fmpq(k, 2**d), fmpq(k + 1, 2**d)) for k, d in cell))
     return [middle(box, cell), *(box.point(corner) for corner in ends)]
-
-
-def listed(cut: Shares, box: Box) -> tuple[tuple[Point, Point], ...]:
-    """(lower, upper) of the largest open cells, at most SHOWN."""
-    pieces: Sequence[Cell] = sorted(cut.open, key=volume, reverse=True)[:SHOWN]
-    ends = ([[fmpq(k + side, 2**d) for k, d in cell] for side in (0, 1)] for cell in pieces)
-    return tuple((box.point(low), box.point(high)) for low, high in ends)
 
 
 def shares(cells: Sequence[Cell], axes: int) -> Shares:
