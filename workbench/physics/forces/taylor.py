@@ -1,6 +1,6 @@
 """Expansions of the exact force law to any order, and how far they may be trusted.
 
-    CornerLaw  -->  energy along a fan of directions, differentiated by CasADi  -->  energy polynomial  -->  TaylorLaw
+    CornerLaw  -->  power series of its energy along a fan of directions  -->  energy polynomial  -->  TaylorLaw
     TaylorLaw, CornerLaw, Region  -->  ExpansionError
 
 The energy is expanded, not the forces: so the polynomial law has an energy too, and its stiffness is symmetric. The
@@ -19,6 +19,7 @@ from workbench.errors import InputError
 from workbench.physics.forces.corner import CornerLaw, energy_function
 from workbench.physics.forces.energy import CoilSet
 from workbench.physics.forces.law import ExtendedLaw, FirstOrderLaw, ForceLaw, Tangent, formula_tangent
+from workbench.physics.forces.series import series
 from workbench.result import Result, Row
 
 HIGHEST_ORDER = 5
@@ -48,7 +49,7 @@ class TaylorLaw:
     def from_corner(cls, law: CornerLaw, order: int) -> "TaylorLaw":
         """The expansion of the exact law about its nominal pose; `order` 1 … 5.
 
-        The first call for a coil set differentiates its energy: about a second for order 1, 2.4 times more per order.
+        The first call for a coil set expands its energy: a second or two.
         """
         if order not in range(1, HIGHEST_ORDER + 1):
             raise InputError(
@@ -203,32 +204,17 @@ def _monomial(deviation, powers):
 def _energy_polynomials(coils: CoilSet, gap: float, gap_lateral: float, degree: int, order: int) -> tuple:
     """For α⁰, α¹, α²: ((i, j, k), factor) of the energy [H] up to total `degree` in (Δh, Δh', φ), without the constant.
 
-    Along a direction d the n-th derivative of W(s d) is n! Σ factor d^powers over the terms of degree n. The
-    directions of a triangular lattice determine all terms of one degree (Griewank, Utke, Walther, Math. Comp. 69
-    (2000) 1117).
+    Along a direction d the coefficient of sⁿ of W(s d) is Σ factor d^powers over the terms of degree n. The directions
+    of a triangular lattice determine all terms of one degree (Griewank, Utke, Walther, Math. Comp. 69 (2000) 1117).
     """
-    derivatives = _directional(coils, degree, order)
+    pose, parts = energy_function(coils, order)
+    energy = ca.Function("energy", [ca.vertcat(*pose)], [ca.vertcat(*parts)], {"cse": True})
     polynomials: list[list] = [[], [], []]
     for n in range(1, degree + 1):
         powers = [p for p in product(range(n + 1), repeat=3) if sum(p) == n]
         directions = np.array(powers, dtype=float) / n
-        values = np.array([derivatives(gap, gap_lateral, d).full()[:, n - 1] for d in directions]) / math.factorial(n)
+        values = series(energy, np.array([gap, gap_lateral, 0.0]), directions, n)[n]
         lattice = np.array([[math.prod(c**e for c, e in zip(d, p, strict=True)) for p in powers] for d in directions])
         for polynomial, factors in zip(polynomials, np.linalg.solve(lattice, values).T, strict=True):
             polynomial.extend((p, float(factor)) for p, factor in zip(powers, factors, strict=True))
     return tuple(tuple(polynomial) for polynomial in polynomials)
-
-
-@cache
-def _directional(coils: CoilSet, degree: int, order: int) -> ca.Function:
-    """Derivatives 1 … degree of (W0, W1, W2) along a direction at roll 0, as a (3, degree) matrix."""
-    pose, parts = energy_function(coils, order)
-    gap, lateral, step, direction = ca.SX.sym("h"), ca.SX.sym("hp"), ca.SX.sym("s"), ca.SX.sym("d", 3)
-    moved = [gap + step * direction[0], lateral + step * direction[1], step * direction[2]]
-    current = ca.substitute(ca.vertcat(*parts), ca.vertcat(*pose), ca.vertcat(*moved))
-    columns = []
-    for _ in range(degree):
-        current = ca.cse(ca.jacobian(current, step))
-        columns.append(current)
-    at_pose = ca.substitute(ca.horzcat(*columns), step, ca.SX(0))
-    return ca.Function("directional", [gap, lateral, direction], [at_pose], {"cse": True})
