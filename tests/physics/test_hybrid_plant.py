@@ -126,3 +126,20 @@ def test_names_of_commands_follow_axes_and_sides():
     assert expected == DRIVEN
     assert set(HYBRID.law.commands) <= set(PLANT.inputs)
     assert set(HYBRID.law.currents) <= set(PLANT.outputs)
+
+
+def test_frozen_where_it_flies_the_vehicle_with_a_motor_is_itself():
+    # 2e-3: the coils' own slopes against the report's printed digits
+    plant, current = HYBRID.setting.offsets.plant(0.0, 0.0)
+    assert plant.inputs == PLANT.inputs
+    assert plant.states == PLANT.states
+    assert current == pytest.approx(0.0, abs=1e-12)
+    assert np.linalg.eigvals(plant.A).imag.max() == pytest.approx(np.linalg.eigvals(PLANT.A).imag.max(), rel=2e-3)
+    aside, _ = HYBRID.setting.offsets.plant(0.05, 0.05)
+    bare, _ = COILS.setting.offsets.plant(0.05, 0.05)
+    springs = [
+        m.A[np.ix_(m.index("states", RATES), m.index("states", COORDINATES))]
+        for one, other in ((aside, bare), (PLANT, BARE)) for m in (one, other)
+    ]  # fmt: skip
+    # the motor's slopes are the same at every pose: 1e-9 of the coils' stiffness is rounding
+    assert springs[0] - springs[1] == pytest.approx(springs[2] - springs[3], abs=1e-9 * np.abs(springs[0]).max())

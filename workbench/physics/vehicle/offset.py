@@ -3,7 +3,7 @@
     exact corner law, (heave, sway) --common current--> slopes of every set there --> Plant
 
 All vertical gaps change by heave, the lateral gaps by ± sway (right +, left −). The exact law keeps the lift ratio of
-the nominal gap.  Source: guide, Definitions: Frozen loop at a gap offset.
+the nominal gap; a motor that steers keeps its slopes.  Source: guide, Definitions: Frozen loop at a gap offset.
 """
 
 from dataclasses import dataclass, replace
@@ -17,6 +17,7 @@ from workbench.lti import Plant
 from workbench.physics.forces.corner import CornerLaw
 from workbench.physics.forces.energy import CoilSet
 from workbench.physics.vehicle.body import held_by_moment, inertia, tangent_at
+from workbench.physics.vehicle.drive import with_motor
 from workbench.physics.vehicle.linear import assembled
 from workbench.physics.vehicle.operating import joined
 from workbench.physics.vehicle.parameters import Vehicle
@@ -62,7 +63,8 @@ class GapOffsets:
         left = tangent_at(vehicle, pose, currents).acceleration
         held = replace(held_by_moment(vehicle), pose=pose, currents=currents, external=-left * inertia(vehicle))
         there = tangent_at(vehicle, pose, currents, external=held.external)
-        return joined(assembled(held, there.state_space).plant, vehicle), alpha
+        plant = joined(assembled(held, there.state_space).plant, vehicle)
+        return plant if vehicle.drive is None else with_motor(plant, vehicle.drive), alpha
 
 
 @lru_cache(maxsize=32)
