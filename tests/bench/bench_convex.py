@@ -9,9 +9,8 @@ from collections.abc import Iterator
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from tests.bench import Row, alone, best, timed
+from tests.bench import Row, alone, timed
 from workbench.convex.bound import lower_bound
-from workbench.convex.gain_bound import bounded_real
 from workbench.convex.lyapunov import lyapunov_certificate
 from workbench.design.design import design
 from workbench.design.problem import Problem
@@ -20,7 +19,6 @@ from workbench.design.restriction.affine import Affine
 from workbench.design.restriction.local import BACK_OFF
 from workbench.design.restriction.sequence import tangent
 from workbench.files.problem import load_problem
-from workbench.lti.norm import peak_gain
 
 PUBLISHED, MINUTE = 2.2465, 60.0  # [min], [s]
 LONGEST = 10.0  # [s]
@@ -126,11 +124,6 @@ def _inequalities() -> Iterator[Row]:
             lambda matrices=matrices: lyapunov_certificate(matrices, parameters=MASSES, rate=0.05)
         )  # fmt: skip
         yield alone(f"{name}: the same affine in the mass, 5 % a second, holds: {found.holds}", seconds, note)
-        loop = groups[4].sensitivity(groups[4].close(problem.gains))
-        seconds, bound = timed(lambda loop=loop: bounded_real([loop]))
-        hamiltonian = best(lambda loop=loop: peak_gain(*loop), 3)
-        note = f"ours an inequality: {bound.bound:.6f}; peer our Hamiltonian two-step: {peak_gain(*loop).value:.6f}"
-        yield Row(f"{name}: peak sensitivity from above", seconds, hamiltonian, hamiltonian / seconds, note=note)
 
 
 def _bounds() -> Iterator[Row]:

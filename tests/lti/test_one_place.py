@@ -14,7 +14,6 @@ SYSTEMS = {"Plant", "Realisation", "LinedSystem", "Lined", "Model", "ss"}
 NOT_A_SYSTEM = {  # np.block elsewhere, and what it is
     "control/structure/block.py": "a controller as one matrix of its entries, for gradients",
     "control/structure/check.py": "a pattern of what reaches what, for scales",
-    "convex/gain_bound.py": "a linear matrix inequality",
     "convex/preview.py": "exponents of a Riccati equation and of a change",
 }
 

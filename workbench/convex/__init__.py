@@ -1,6 +1,5 @@
 """The convex engine: what can be decided about linear systems by semidefinite programmes and duality.
 
 state matrices   --lyapunov---->  a quadratic form that decays along all of them
-systems          --gain_bound-->  proved upper bounds of H∞ and H₂
 design problem   --bound------->  what no linear controller can undercut
 """

@@ -25,10 +25,7 @@ from workbench.lti.realisation import EPS, state_scale
 from workbench.result import Result, Row
 from workbench.solve.semidefinite import Inequality, minimise, symmetric_basis
 
-FLOOR = (
-    1e-7  # least eigenvalue of P in scaled coordinates, where the largest is 1: the condition a certificate may have
-)
-DECAY_STEPS = 40  # bisections; each halves the interval
+FLOOR = 1e-7  # least eigenvalue of P in scaled coordinates, where the largest is 1: bounds a certificate's condition
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
@@ -105,40 +102,7 @@ def lyapunov_certificate(
         If a matrix is not stable with the decay asked for, or the arguments do not fit together.
     """
     family, values = _checked(matrices, parameters, rate, decay)
-    return _certificate(family, values, rate, decay, _own_scaling(family), seconds)
-
-
-def fastest_decay(
-    matrices,
-    *,
-    parameters: Sequence[float] | None = None,
-    rate: float = 0.0,
-    tolerance: float = 1e-3,
-    seconds: float = 60.0,
-) -> LyapunovCertificate:
-    """The certificate with the largest decay that bisection finds, between zero and the slowest pole of the family.
-
-    Parameters as of `lyapunov_certificate`; `tolerance` is relative to the slowest pole's decay. The certificate
-    returned has `holds` False if there is none even without decay.
-    """
-    from time import perf_counter
-
-    end = perf_counter() + seconds
-    family, values = _checked(matrices, parameters, rate, 0.0)
-    slowest = -float(np.linalg.eigvals(family).real.max())
-    scale = _own_scaling(family)
-    best = _certificate(family, values, rate, 0.0, scale, seconds)
-    low, high = 0.0, slowest
-    for _ in range(DECAY_STEPS):
-        if not best.holds or high - low <= tolerance * slowest or perf_counter() > end:
-            break
-        middle = (low + high) / 2
-        found = _certificate(family, values, rate, middle, scale, max(end - perf_counter(), 0.1))
-        if found.holds:
-            low, best = middle, found
-        else:
-            high = middle
-    return best
+    return _certificate(family, values, rate, decay, _scaling(family), seconds)
 
 
 def _checked(matrices, parameters, rate: float, decay: float) -> tuple[np.ndarray, np.ndarray | None]:
@@ -172,29 +136,16 @@ def _checked(matrices, parameters, rate: float, decay: float) -> tuple[np.ndarra
     return family, values
 
 
-def _own_scaling(family: np.ndarray) -> np.ndarray:
-    """`scaling` with every balanced state of equal weight."""
-    units = state_scale(np.abs(family).mean(axis=0))
-    return scaling([(A, np.diag(units**-2.0)) for A in family])
+def _scaling(family: np.ndarray) -> np.ndarray:
+    """L (n, n), lower triangular: L L' is the mean of the solutions P of A'P + PA + I = 0, each of unit trace.
 
-
-def scaling(members: Sequence[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
-    """L (n, n), lower triangular: L L' is the mean of the solutions P of A'P + PA + W = 0, each of unit trace.
-
-    In x̄ = L'x the mean is the identity. A thousandth of the identity, in balanced units, is added to each W, so that
-    states which W does not see keep their place.
+    States are in balanced units for that; in x̄ = L'x the mean is the identity.
     """
     from scipy.linalg import cholesky, solve_continuous_lyapunov
 
-    n = len(members[0][0])
-    units = state_scale(np.mean([np.abs(A) for A, _ in members], axis=0))
-    solutions = []
-    for A, W in members:
-        W = W * np.outer(units, units)
-        W = W / max(np.trace(W), np.finfo(float).tiny) + 1e-3 * np.eye(n)
-        P = solve_continuous_lyapunov((A * units / units[:, None]).T, -W)
-        solutions.append(P / np.trace(P))
-    mean = np.mean(solutions, axis=0)
+    units = state_scale(np.abs(family).mean(axis=0))
+    solutions = [solve_continuous_lyapunov((A * units / units[:, None]).T, -np.eye(len(A))) for A in family]
+    mean = np.mean([P / np.trace(P) for P in solutions], axis=0)
     size = np.sqrt(np.diag(mean))
     lower = cholesky((mean + mean.T) / 2 / np.outer(size, size), lower=True)
     return lower * (size / units)[:, None]

@@ -95,11 +95,6 @@ def symmetric_basis(size: int) -> np.ndarray:
     return basis
 
 
-def hermitian(M: np.ndarray) -> np.ndarray:
-    """The Hermitian part of each matrix, (…, m, m)."""
-    return (M + np.swapaxes(M, -1, -2).conj()) / 2
-
-
 def _real(M: np.ndarray) -> np.ndarray:
     """[[Re, −Im], [Im, Re]] of Hermitian matrices; real ones as they are."""
     if not np.iscomplexobj(M):
