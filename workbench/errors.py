@@ -3,6 +3,8 @@
 from collections.abc import Iterable
 from difflib import get_close_matches
 
+LISTED = 40  # names of a list in a sentence
+
 
 class InputError(ValueError):
     """Input that cannot be used as given; the message says how to mend it. The command line exits with 2."""
@@ -24,7 +26,13 @@ def unknown_name(kind: str, given: str, known: Iterable[str]) -> InputError:
     >>> print(unknown_name("gain", "K_hh", ["K_h", "K_hp", "tau_h"]))
     unknown gain 'K_hh'; did you mean 'K_h'? Known: K_h, K_hp, tau_h.
     """
+    return InputError(f"unknown {kind} {str(given)[:80]!r}; {nearest(str(given), known)}.")
+
+
+def nearest(given: str, known: Iterable[str]) -> str:
+    """Which of the known words a given one may have meant, and the words, without the full stop."""
     names = sorted(known)
-    near = get_close_matches(given, names, n=1, cutoff=0.5)
-    hint = f"did you mean {near[0]!r}? " if near else ""
-    return InputError(f"unknown {kind} {given[:80]!r}; {hint}Known: {', '.join(names)}.")
+    folded = {name.casefold(): name for name in reversed(names)}
+    near = get_close_matches(given.casefold(), folded, n=1, cutoff=0.5)
+    hint = f"did you mean {folded[near[0]]!r}? " if near else ""
+    return f"{hint}Known: {', '.join(names[:LISTED])}{', …' if len(names) > LISTED else ''}"

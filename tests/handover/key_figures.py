@@ -115,6 +115,9 @@ class Seen:
             ((w.verdict.value, w.verdict.limit) for w in search.worst(self.gains) if w.verdict.name == name), None
         )
 
+    def effort(self, name: str):
+        return getattr(self.problem.effort, name)
+
     def plan(self, name: str):
         return getattr(self.problem.plan, name)
 

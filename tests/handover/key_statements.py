@@ -262,6 +262,11 @@ PLANNED = {
     "schedule.checked_speeds": Pair(COILS, 105, ("plan:speeds",), ALONE),
 } | {f"schedule.limits.{key}": Pair(COILS, 0.123, ("plan:requirements",), ALONE) for key in LIMITED["schedule.limits"]}
 
+LOOKED = {
+    "design.starts": Pair(HEAVE, 3, ("effort:starts",), ALONE),
+    "design.seed": Pair(HEAVE, 5, ("effort:seed",), ALONE),
+    "design.budget_s": Pair(HEAVE, 30.0, ("effort:budget",), ALONE),
+}
 STATEMENTS: dict[str, Pair] = (
-    VEHICLE | FORCES | KINDS | SURROUNDINGS | GUIDEWAY | FREE | REQUIRED | POINT | DRIVEN | VARIED | PLANNED
+    LOOKED | VEHICLE | FORCES | KINDS | SURROUNDINGS | GUIDEWAY | FREE | REQUIRED | POINT | DRIVEN | VARIED | PLANNED
 )

@@ -80,3 +80,14 @@ def test_a_place_that_cannot_be_written_is_refused(path, tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(InputError, match="must be writable"):
         run(path, "--format", "csv", "--out", tmp_path / "file" / "below.csv")
+
+
+def test_what_out_means_follows_one_rule(path, table, tmp_path):
+    for out, file in (
+        ("new", "new/gains.csv"), ("other/", "other/gains.csv"), ("v1.2/", "v1.2/gains.csv"), ("law.csv", "law.csv"),
+    ):  # fmt: skip
+        run(path, "--format", "csv", "--out", f"{tmp_path}/{out}")
+        assert (tmp_path / file).is_file(), out
+    (tmp_path / "bare").write_text("an older export")
+    run(path, "--format", "csv", "--out", tmp_path / "bare")
+    assert (tmp_path / "bare").read_bytes() == render(table, "csv")

@@ -138,7 +138,7 @@ def test_numbers_that_would_hang_a_proof_are_refused_at_once(run, written, heave
 
 def test_what_is_not_promised_and_what_nobody_proved_is_said(run, written, heave):
     _, out, _ = run(written(heave.document))
-    assert "Not promised at all" in out
+    assert "Without a promise of its own" in out
     assert "any motion in Theta" in out
     assert "Stated by the author, proved by nobody" in out
     document = json.loads(run(written(heave.document), "--json")[1])

@@ -12,8 +12,11 @@ from workbench.commands.problems import Json
 def design(
     problem: Name,
     out: Annotated[Path, typer.Option(help="Folder for gain table and report.")] = Path("results"),
-    starts: Annotated[int | None, typer.Option(help="Seeded starts of the optimiser; 16 if left out.")] = None,
-    seed: Annotated[int | None, typer.Option(help="Seed of the random starts; 0 if left out.", min=0)] = None,
+    starts: Annotated[
+        int | None,
+        typer.Option(help="Seeded starts of the optimiser; as the data say, else 16, of a plant of one's own 4."),
+    ] = None,
+    seed: Annotated[int | None, typer.Option(help="Seed of the random starts; as the data say, else 0.", min=0)] = None,
     fix: Annotated[str, typer.Option(help="Parameters held at given values: tau_h=0.637,K_zddot=0")] = "",
     solver: Annotated[
         str | None, typer.Option(help="slsqp, ipopt, nonsmooth or restriction; as the goals say if left out.")
@@ -70,13 +73,13 @@ def design(
         raise InputError(f"{problem!r} controls a plant of its own, with no box of vehicles; leave --boxes out.")
     with progress(json) as show:
         done = complete(
-            loaded, out, starts=starts, seed=seed or 0, method=solver, robust=robust,
+            loaded, out, starts=starts, seed=seed, method=solver, robust=robust,
             over_speeds=False if speed is not None else None, sweep=trade_off, boxes=boxes is not False,
             workers=os.cpu_count() or 1, deadline=deadline, show=show,
         )  # fmt: skip
     if done.hurried:
         why = "the budget ended" if received() is None else word()
-        of = f"{len(done.design.starts)} of {16 if starts is None else starts} starts"
+        of = f"{len(done.design.starts)} of {starts or loaded.effort.starts or 16} starts"
         tell(f"{why} after {of}; {done.written[0]} holds the best design verified by then.")
     if done.left_out:
         tell(f"left out for want of time: {', '.join(done.left_out)}.")

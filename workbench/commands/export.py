@@ -12,7 +12,11 @@ def export(
     table: Table,
     format: Annotated[str, typer.Option("--format", help="csv, json, mat or c.")],
     out: Annotated[
-        Path | None, typer.Option(help="File, or folder for a file named after the table; standard output if left out.")
+        str | None,
+        typer.Option(
+            help="A folder (there already, or a name that ends in / or has no ending) for a file named after the "
+            "table; any other name is the file's. Standard output if left out."
+        ),
     ] = None,
     sample_time_ms: Annotated[
         float | None,
@@ -45,10 +49,10 @@ def export(
     from workbench.handover.code.c_header import check_prefix
     from workbench.handover.code.formats import DIGITAL, check_of, render, suffix
     from workbench.handover.table.table import read_table
-    from workbench.machine.writing import check_file, write_bytes
+    from workbench.machine.writing import check_file, place_of, write_bytes
 
     ending = suffix(format)
-    path = None if out is None else out / f"{table.stem}{ending}" if out.is_dir() else out
+    path = None if out is None else place_of(out, table.stem, ending)
     if path is not None:
         check_file(path)
     elif not json and format == "mat" and sys.stdout.isatty():

@@ -147,7 +147,7 @@ def _print(document: dict[str, Any]) -> None:
              for u in document["undecided"]],
         )  # fmt: skip
     if document["not_promised"]:
-        emit_table("Not promised at all", ("",), [(words,) for words in document["not_promised"]])
+        emit_table("Without a promise of its own", ("",), [(words,) for words in document["not_promised"]])
     if document["stated"]:
         emit_table(
             "Stated by the author, proved by nobody" + (

@@ -70,7 +70,7 @@ class RobustPlant(Result):
 
 def robust(
     problem: Problem, box: Mapping[str, tuple[float, float]] | Variation | None = None, *, starts: int | None = None,
-    seed: int = 0, method: str | None = None, start: Values | None = None, workers: int = 1,
+    seed: int | None = None, method: str | None = None, start: Values | None = None, workers: int = 1,
     on_start: Callable[[Start], None] | None = None, on_round: Callable[[int, str], None] | None = None,
     seconds: float | None = None,
 ) -> RobustDesign | RobustPlant:  # fmt: skip
@@ -91,13 +91,14 @@ def robust(
     InputError
         If there is nothing to vary.
     """
-    how = method_of(problem, method)
+    how, effort = method_of(problem, method), problem.effort.said(starts, seed)
+    seed = effort.seed
     if problem.flies:
         named = Variation(box=Box(dict(box))) if isinstance(box, Mapping) else box
         gains = start if start is None or isinstance(start, Gains) else Gains.from_mapping(start)
         return robust_design(
-            problem, named or problem.variation or Variation(box=STANDARD_BOX), starts=starts or STARTS, seed=seed,
-            solver=how, workers=workers, start=gains, on_start=on_start, on_round=on_round,
+            problem, named or problem.variation or Variation(box=STANDARD_BOX), starts=effort.starts or STARTS,
+            seed=seed, solver=how, workers=workers, start=gains, on_start=on_start, on_round=on_round,
             time_budget=900.0 if seconds is None else seconds,
         )  # fmt: skip
     if not isinstance(box, Mapping) or len(problem.systems) != 1:
@@ -106,7 +107,7 @@ def robust(
     if start is not None:
         structure = structure.with_values(dict(start) if isinstance(start, Mapping) else start.as_dict())
     found = tune_robust(
-        lambda values: problem.models.at(values).systems[0], box, structure, problem.goals, starts=starts or FEW,
+        lambda values: problem.models.at(values).systems[0], box, structure, problem.goals, starts=effort.starts or FEW,
         seed=seed, workers=workers, budget_seconds=2 * SECONDS if seconds is None else seconds,
     )  # fmt: skip
     visited = {v.label: v.parameters for v in found.visited}
@@ -136,8 +137,9 @@ class PlantTradeOff(Result):
 
 
 def trade_off(
-    given_one: Problem | Design, quantity: str, limits: Sequence[float], *, starts: int | None = None, seed: int = 0,
-    workers: int = 1, on_limit: Callable[[float, float | None], None] | None = None, seconds: float | None = None,
+    given_one: Problem | Design, quantity: str, limits: Sequence[float], *, starts: int | None = None,
+    seed: int | None = None, workers: int = 1, on_limit: Callable[[float, float | None], None] | None = None,
+    seconds: float | None = None,
 ) -> TradeOff | PlantTradeOff:  # fmt: skip
     """The best cost for each limit of one goal, the others as they are, from the design's values where one is given.
 
@@ -150,9 +152,10 @@ def trade_off(
     """
     problem = given_one.problem if isinstance(given_one, Design) else given_one
     if problem.flies:
+        effort = problem.effort.said(starts, seed)
         start = given_one.gains if isinstance(given_one, Design) else None
         return vehicle_trade_off(
-            problem, quantity, limits, start=start, starts=starts or STARTS, seed=seed, workers=workers,
+            problem, quantity, limits, start=start, starts=effort.starts or STARTS, seed=effort.seed, workers=workers,
             on_limit=on_limit,
         )  # fmt: skip
     known = {goal.name: goal for goal in problem.goals}

@@ -47,7 +47,6 @@ NEARLY = 0.02  # relative violation that a start may end with, since it is ended
 CUT_SHORT = KeyboardInterrupt, BudgetEnded  # what was verified by then is kept
 ALL_STARTS, FEW_STARTS = 0.4, 0.8  # of the time left, after which no start is awaited; if none has ended yet
 WIND_UP = 5.0  # [s] for making something of the starts that had ended before an interrupt
-MOST_STARTS = 10_000  # hours of work, and the largest number that anybody means
 FEW_BROUGHT = 2  # distinct valleys to which goals of other loops are brought
 FINISHED = 3  # distinct valleys brought to the wanted sensitivity
 
@@ -67,7 +66,7 @@ def design(
     problem: Problem,
     *,
     starts: int | None = None,
-    seed: int = 0,
+    seed: int | None = None,
     method: str | None = None,
     start: Gains | Mapping[str, float] | None = None,
     workers: int = 1,
@@ -86,6 +85,7 @@ def design(
 
     Parameters
     ----------
+    starts, seed, seconds : as the problem's `effort` says if left out
     starts : number of seeded starts (16 of a vehicle, 4 else), random around a centre; with `start` given, the first
         is those values
     method : "slsqp", "ipopt" or "nonsmooth"; as the goals say if left out. Where hard goals limit gains, the soft one
@@ -110,8 +110,8 @@ def design(
     """
     how = method_of(problem, method)
     own = how not in SMOOTH or not problem.flies
-    count = (FEW if own else STARTS) if starts is None else starts
-    check_starts(count)
+    effort = problem.effort.said(starts, seed, seconds)
+    count, seed, seconds = effort.starts or (FEW if own else STARTS), effort.seed, effort.budget
     if own:
         from workbench.design.nonsmooth import nonsmooth_design
         from workbench.design.restriction.design import restricted_design
@@ -256,14 +256,6 @@ def finished(
 
 
 Job = tuple[Gains, float, np.random.SeedSequence, str]  # centre, spread, seed, solver
-
-
-def check_starts(starts: int) -> None:
-    """Refuses a number of starts that makes no design, or no memory for one."""
-    if starts < 1:
-        raise InputError(f"the number of starts must be at least 1; got {starts}.")
-    if starts > MOST_STARTS:
-        raise InputError(f"the number of starts must be at most {MOST_STARTS}; got {starts}. Ask for fewer.")
 
 
 def jobs_of(problem: Problem, starts: int, seed: int, solver: str, start: Gains | None) -> list[Job]:

@@ -20,6 +20,7 @@ from workbench.control.loop import Subject
 from workbench.control.structure.block import Block
 from workbench.control.structure.loop import Loop
 from workbench.control.structure.structure import Structure
+from workbench.design.effort import Effort
 from workbench.design.models import Maker, VehicleModels, maker_of
 from workbench.errors import InputError, unknown_name
 from workbench.goals.goal import told_apart
@@ -53,6 +54,7 @@ class Problem(Result):
     data_sha256 : of the data file;  sources : block name to source
     variation : `design.variation.Variation` that the parameters must bear
     plan : `design.plan.Plan` of a schedule
+    effort : how hard a design looks where its caller does not say
 
     Raises
     ------
@@ -71,6 +73,7 @@ class Problem(Result):
     sources: Mapping[str, str] = field(default_factory=dict)
     variation: "Variation | None" = None
     plan: "Plan | None" = None
+    effort: Effort = field(default_factory=Effort)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "models", maker_of(self.models))

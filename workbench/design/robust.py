@@ -21,7 +21,6 @@ from workbench.design.design import (
     FINISHED,
     Design,
     Start,
-    check_starts,
     distinct,
     finished,
     given,
@@ -30,6 +29,7 @@ from workbench.design.design import (
     rounded,
     time_after,
 )
+from workbench.design.effort import check_starts
 from workbench.design.family import Family, SharedChart
 from workbench.design.problem import Problem
 from workbench.design.refusal import in_words, miss, unstable

@@ -18,12 +18,12 @@ from workbench.design.design import (
     Job,
     bare,
     begin,
-    check_starts,
     design,
     finished,
     jobs_of,
     refine,
 )  # fmt: skip
+from workbench.design.effort import check_starts
 from workbench.design.problem import Problem
 from workbench.design.solve import HOMOTOPY, finish, relaxed
 from workbench.design.steering import Programme

@@ -50,7 +50,7 @@ def goal_of(keys: Mapping[str, Any], *, vehicle: bool = False) -> Goal:
     for name, value in given.items():
         wanted = None if known[name].read is not None else types[known[name].target]
         if not _fits(value, wanted):
-            raise InputError(f"{name} of a goal must be {WORDS.get(wanted, 'finite numbers')}; got {shown(value)}.")
+            raise InputError(f"{name} of a goal must be {WORDS.get(wanted, 'finite numbers')}; got {_given(value)}.")
     said = {known[name].target for name in given}
     for field in fields(cls):
         needed = field.init and field.default is MISSING and field.default_factory is MISSING
@@ -63,6 +63,11 @@ def goal_of(keys: Mapping[str, Any], *, vehicle: bool = False) -> Goal:
         return goal(kind, given)
     except OverflowError as error:
         raise InputError(f"a goal of kind {kind!r} must have limits that a number can hold; they do not.") from error
+
+
+def _given(value: Any) -> str:
+    """A value as a refusal quotes it, a text in its quotation marks."""
+    return f"the text {value[:60]!r}" if isinstance(value, str) else shown(value)
 
 
 def _is_for(cls: type[Goal], vehicle: bool) -> bool:
@@ -83,16 +88,14 @@ def _fits(value: Any, wanted: Any) -> bool:
 
 
 def _count(value: Any) -> float:
-    """Numbers in a value; infinite where it holds anything else but lists, mappings and short texts."""
+    """Numbers in a value; infinite where it holds anything else but lists and mappings."""
     match value:
         case bool():
             return math.inf
         case int() | float():
             return 1 if abs(value) <= LARGEST or value == math.inf else math.inf
-        case str():
-            return 1 if len(value) <= 200 else math.inf
         case Mapping():
             return sum(map(_count, value.values()))
-        case Sequence():
+        case Sequence() if not isinstance(value, str):
             return sum(map(_count, value))
     return math.inf

@@ -16,6 +16,7 @@ from workbench.control.structure.structure import Structure
 from workbench.design.problem import Problem
 from workbench.errors import InputError
 from workbench.files.digest import check_digest
+from workbench.files.effort import EffortTable, effort_of
 from workbench.files.goal import goal_of
 from workbench.files.matrix import beside
 from workbench.files.plant import PlantBlock
@@ -50,6 +51,7 @@ class OwnFile(Table):
     structure: StructureTable
     goal: Annotated[tuple[dict[str, Any], ...], Field(max_length=MOST)] = ()
     discretisation: StepTable | None = None
+    design: EffortTable | None = None
 
     @field_validator("model", mode="before")
     @classmethod
@@ -95,6 +97,7 @@ class OwnData:
             problem = Problem(
                 models=self.models(), structure=structure, goals=self.goals(), name=self.folder.resolve().name,
                 title=d.problem.title, sample_time=d.discretisation.sample_time_s if d.discretisation else None,
+                effort=effort_of(d.design),
                 approved=read_values(approved, structure) if approved.is_file() else None,
                 data_sha256=self._sha256(), sources=sources,
             )  # fmt: skip

@@ -21,6 +21,7 @@ from workbench.design.problem import Problem
 from workbench.design.variation import Box, Variation
 from workbench.errors import InfeasibleError, InputError, unknown_name
 from workbench.files.digest import check_digest
+from workbench.files.effort import effort_of
 from workbench.files.goal import goal_of
 from workbench.files.own_plant import OwnData, is_own, own_problem_data
 from workbench.files.physics import (
@@ -32,8 +33,8 @@ from workbench.files.physics import (
     printed_law,
 )
 from workbench.files.problem_code import maker
+from workbench.files.refusal import sentence
 from workbench.files.schema import ProblemFile
-from workbench.files.table import sentence
 from workbench.goals.goal import Goal
 from workbench.goals.ride.cost import RideCost
 from workbench.goals.ride.requirement import Requirement, limit_keys, requirement_of
@@ -138,7 +139,7 @@ def parse_problem(mapping: dict, place: str = "data.toml") -> ProblemFile:
     try:
         return ProblemFile.model_validate(mapping)
     except ValidationError as error:
-        raise InputError(sentence(error, place)) from error
+        raise InputError(sentence(error, place, ProblemFile)) from error
     except RecursionError as error:
         raise InputError(f"{place} must not be nested deeply; keep to the keys of a shipped problem.") from error
 
@@ -305,7 +306,7 @@ class ProblemData:
             name=self.name, title=d.problem.title, goals=self.goals(), approved=approved,
             models=VehicleModels(setting=setting, vehicle=vehicle, rebuild=self.setting, elsewhere=self.elsewhere),
             structure=vehicle_structure(setting.law, bounds, fixed, approved),
-            variation=self.variation(), plan=self.plan(),
+            variation=self.variation(), plan=self.plan(), effort=effort_of(d.design),
             sample_time=d.discretisation.sample_time_s,
             data_sha256=self.sha256,
             sources={n: s for n in d.__class__.model_fields if (s := _source(getattr(d, n)))},

@@ -6,7 +6,9 @@ from pydantic import BaseModel, ConfigDict, Field, JsonValue, model_validator
 
 from workbench.control.gains import GAIN_NAMES
 from workbench.design.variation import PARAMETERS
+from workbench.errors import unknown_name
 from workbench.files.block import Block, Finite, NotNegative, Positive, Source, Switch
+from workbench.files.effort import EffortTable
 from workbench.files.physics import CornerBlock, ForceLawBlock, OperatingPointBlock, VehicleBlock
 from workbench.goals.ride.requirement import limit_keys, margin_kinds
 
@@ -127,7 +129,7 @@ class RequirementsBlock(BaseModel):
         """Only quantities that can be judged."""
         for name in self.limits():
             if name not in limit_keys():
-                raise ValueError(_unknown("requirement", name, limit_keys()))
+                raise ValueError(str(unknown_name("requirement", name, limit_keys())).rstrip("."))
         return self
 
     def limits(self) -> dict[str, float]:
@@ -146,7 +148,7 @@ class GainsBlock(BaseModel):
         """Only the seventeen names."""
         for name in self.entries():
             if name not in GAIN_NAMES:
-                raise ValueError(_unknown("gain", name, GAIN_NAMES))
+                raise ValueError(str(unknown_name("gain", name, GAIN_NAMES)).rstrip("."))
         return self
 
     def entries(self) -> dict:
@@ -240,7 +242,7 @@ class ScheduleBlock(Block):
 def _check_limits(given: dict[str, float], keys: set[str]) -> None:
     for name in given:
         if name not in keys:
-            raise ValueError(_unknown("limit", name, keys))
+            raise ValueError(str(unknown_name("limit", name, keys)).rstrip("."))
 
 
 class ProblemFile(BaseModel):
@@ -265,6 +267,7 @@ class ProblemFile(BaseModel):
     variation: VariationBlock | None = None
     model: Annotated[tuple[ModelBlock, ...], Field(max_length=60)] = ()
     schedule: ScheduleBlock | None = None
+    design: EffortTable | None = None
     goal: Annotated[tuple[dict[str, JsonValue], ...], Field(max_length=100)] = ()
 
     @model_validator(mode="after")
@@ -286,10 +289,3 @@ class ProblemFile(BaseModel):
             if not self.requirements and not self.schedule.limits:
                 raise ValueError("a schedule needs margins to keep: limits of its own, or requirements")
         return self
-
-
-def _unknown(kind: str, given: str, known) -> str:
-    from difflib import get_close_matches
-
-    near = get_close_matches(given, sorted(known), n=1, cutoff=0.5)
-    return f"unknown {kind} {given!r}" + (f"; did you mean {near[0]!r}?" if near else "")

@@ -7,13 +7,12 @@ A key that ends in a unit may be written in another one of the same quantity: _s
 
 import math
 from collections.abc import Mapping, Sequence
-from difflib import get_close_matches
 from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from workbench.errors import InputError
-from workbench.machine.reading import shown
+from workbench.errors import InputError, nearest
+from workbench.files.refusal import sentence
 
 LARGEST = 1e60  # of a coefficient: beyond every polynomial here, and its square is still a number
 MOST = 200  # signals, blocks, goals, states named in a file
@@ -48,7 +47,7 @@ def si_keys(given: Mapping[str, Any], known: Sequence[str] | Mapping[str, Any]) 
     for key, value in given.items():
         name, (factor, divisor) = _in_si(str(key), known)
         if name not in known:
-            raise ValueError(unknown("key", str(key), known))
+            raise ValueError(f"unknown key {str(key)[:60]!r}; {nearest(str(key), known)}")
         if name in found:
             raise ValueError(f"{name!r} is given twice, in two units")
         found[name] = _scaled(value, factor, divisor) if name != key else value
@@ -81,30 +80,9 @@ def _scaled(value: Any, factor: float, divisor: float) -> Any:
     return value
 
 
-def unknown(kind: str, given: str, known) -> str:
-    """That a word is not one of the known ones, with the nearest."""
-    near = get_close_matches(given, sorted(known), n=1, cutoff=0.5)
-    listed = ", ".join(sorted(known)[:30])
-    return f"unknown {kind} {given[:60]!r}; " + (f"did you mean {near[0]!r}? " if near else "") + f"Known: {listed}"
-
-
 def read_table(cls: type[Table], document: Mapping[str, Any], place: str):
     """The record of a document; raises InputError that names the first key at fault."""
     try:
         return cls.model_validate(document)
     except ValidationError as error:
-        raise InputError(sentence(error, place)) from error
-
-
-def sentence(error: ValidationError, place: str) -> str:
-    """One sentence on the first fault of a document: where, what must hold, what was given."""
-    first = error.errors(include_url=False, include_context=False)[0]
-    key = ".".join(str(part)[:60] for part in first["loc"])
-    more = f" ({error.error_count() - 1} more after it)" if error.error_count() > 1 else ""
-    if first["type"] == "extra_forbidden":
-        return f"{place}: key {key!r} is not known; check its name and unit against a shipped problem{more}."
-    if first["type"] == "missing":
-        return f"{place}: key {key!r} is missing; add it, with its unit in the name{more}."
-    given = shown(first.get("input"))
-    message = first["msg"].removeprefix("Value error, ").rstrip(".")
-    return f"{place}: {key} is not usable: {message}; got {given}{more}." if key else f"{place}: {message}{more}."
+        raise InputError(sentence(error, place, cls)) from error

@@ -7,8 +7,10 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from workbench.design.effort import Effort
 from workbench.design.problem import Problem
 from workbench.errors import InputError
+from workbench.files.effort import effort_data
 from workbench.files.structure import structure_data
 from workbench.goals.registry import data_of
 from workbench.lti.model import Model
@@ -48,6 +50,8 @@ def problem_toml(problem: Problem, source: str = "") -> str:
         lines += ["", "[[goal]]", *_pairs(data_of(goal))]
     if problem.sample_time is not None:
         lines += ["", "[discretisation]", *_pairs({"sample_time_s": problem.sample_time})]
+    if problem.effort != Effort():
+        lines += ["", "[design]", *_pairs(effort_data(problem.effort))]
     return "\n".join(lines) + "\n"
 
 

@@ -8,7 +8,7 @@ What a vehicle alone has (robustness cases, a trade-off of its cost, boxes) is l
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -87,7 +87,7 @@ def complete(
     out: Path | str | None = None,
     *,
     starts: int | None = None,
-    seed: int = 0,
+    seed: int | None = None,
     method: str | None = None,
     robust: bool | None = None,
     over_speeds: bool | None = None,
@@ -102,7 +102,7 @@ def complete(
     Parameters
     ----------
     out : folder; nothing is written if left out
-    starts, seed, method : as of `design`
+    starts, seed, method : as of `design`; the problem's `effort` says what is left out, the deadline too
     robust : gains for every vehicle of the problem's variation, else of the standard box; by the problem if left out
     over_speeds : gains that are polynomials of the speed, by the problem's plan; by the problem if left out
     sweep : the cost of a vehicle over the allowed peak sensitivity; if left out where it is limited, for one set of
@@ -132,8 +132,12 @@ def complete(
         check_folder(folder)
         for name in (TABLE, REPORT):
             check_file(folder / name)
-    count = STARTS if starts is None and problem.flies else starts
-    options = {"starts": count, "seed": seed, "workers": workers}
+    effort = problem.effort.said(starts, seed)
+    if math.isinf(deadline.budget):
+        deadline = Deadline.after(effort.budget)
+    problem = replace(problem, effort=replace(effort, budget=None))  # what is said here, and the deadline
+    count = STARTS if effort.starts is None and problem.flies else effort.starts
+    options = {"starts": count, "seed": effort.seed, "workers": workers}
     solving = _time_to_solve(deadline)
     with keeping(solving):
         evidence = _designed(problem, way, how, options, show)

@@ -25,7 +25,7 @@ def realised(numerators: list[list[np.ndarray]], denominators: list[list[np.ndar
     Raises
     ------
     InputError
-        If an entry is improper or its denominator zero.
+        If an entry is improper, its denominator zero, or its coefficients overflow.
     """
     p, m = len(numerators), len(numerators[0])
     D = np.zeros((p, m))
@@ -38,9 +38,15 @@ def realised(numerators: list[list[np.ndarray]], denominators: list[list[np.ndar
                     f"entry ({i + 1}, {j + 1}) must be proper with a nonzero denominator; "
                     f"got degree {len(num) - 1} over {len(den) - 1 if den.any() else 'zero'}. Add a fast pole."
                 )
-            num, den = np.r_[np.zeros(len(den) - len(num)), num] / den[0], den / den[0]
+            with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
+                num, den = np.r_[np.zeros(len(den) - len(num)), num] / den[0], den / den[0]
+                rest = num[1:] - num[0] * den[1:]
+            if not (np.isfinite(num).all() and np.isfinite(rest).all() and np.isfinite(den).all()):
+                raise InputError(
+                    f"entry ({i + 1}, {j + 1}) must have a leading coefficient that the others can be divided by; its "
+                    "quotients overflow. Leave out a leading coefficient that is nearly zero."
+                )
             D[i, j] = num[0]
-            rest = num[1:] - num[0] * den[1:]
             if rest.any():
                 groups.setdefault(tuple(den[1:]), {})[i, j] = rest
     parts = [part for tail, entries in groups.items() for part in _parts(tail, entries, p, m)]

@@ -46,18 +46,31 @@ def replacing(path: Path) -> Iterator[BinaryIO]:
 
 
 def check_file(path: Path) -> None:
-    """Refuses a file that cannot be written, before the work that it is to hold; makes its folder."""
+    """Refuses a file that cannot be written, before the work that it is to hold; leaves no folder behind."""
     with _refusing(path):
         _check_kind(path)
-        path.parent.mkdir(parents=True, exist_ok=True)
         _probe(path.parent)
 
 
 def check_folder(folder: Path) -> None:
-    """Refuses a folder in which nothing can be written; makes it where there is none."""
+    """Refuses a folder in which nothing can be written; one that is not there yet is not left behind."""
     with _refusing(folder, "a folder that can be written to"):
-        folder.mkdir(parents=True, exist_ok=True)
         _probe(folder)
+
+
+def place_of(out: str, name: str, ending: str) -> Path:
+    """The file that `--out` means: in a folder that is there, or whose name ends in "/" or has no ending; else itself.
+
+    name, ending : of the file in such a folder
+
+    Examples
+    --------
+    >>> [str(place_of(out, "gains", ".h")) for out in ("new/", "new", "law.h", "law.hpp")]
+    ['new/gains.h', 'new/gains.h', 'law.h', 'law.hpp']
+    """
+    path = Path(out)
+    named = out.endswith(("/", os.sep)) or (not path.suffix and not path.is_file())
+    return path / f"{name}{ending}" if named or path.is_dir() else path
 
 
 def write_folder(folder: Path, files: Mapping[str, bytes]) -> None:
@@ -108,10 +121,18 @@ def _check_kind(path: Path) -> None:
 
 
 def _probe(folder: Path) -> None:
-    with _new_file(folder) as (file, _):
-        file.write(PROBE)
-        file.flush()
-        os.fsync(file.fileno())
+    """Writes a block in the folder, and takes away again whatever was made for it."""
+    made = [place for place in (folder, *folder.parents) if not place.exists()]
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with _new_file(folder) as (file, _):
+            file.write(PROBE)
+            file.flush()
+            os.fsync(file.fileno())
+    finally:
+        with suppress(OSError):  # another has put something there meanwhile
+            for place in made:
+                place.rmdir()
 
 
 def _sync_folder(folder: Path) -> None:

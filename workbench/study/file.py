@@ -13,6 +13,7 @@ from workbench.errors import InputError, unknown_name
 from workbench.files.block import Finite, Positive
 from workbench.files.own_plant import is_own, named_values
 from workbench.files.problem import read_gains, read_schedule, shipped_problems
+from workbench.files.refusal import sentence
 from workbench.goals.ride.requirement import limit_keys, requirement_of
 from workbench.machine.reading import read_mapping
 from workbench.study.definition import MOST_PARAMETERS, MOST_ROWS, Limit, Parameter, Study, Sweep
@@ -149,7 +150,7 @@ def read_study(path: Path) -> Study:
     try:
         file = StudyFile.model_validate(mapping)
     except ValidationError as error:
-        raise InputError(_sentence(error, path)) from error
+        raise InputError(sentence(error, str(path), StudyFile)) from error
     except RecursionError as error:
         raise InputError(f"{path} must not be nested deeply; keep to the tables of a study.") from error
     s = file.study
@@ -181,15 +182,3 @@ def _given(table: Path, problem: str) -> tuple[dict[str, float], Schedule | None
 def _beside(path: Path, name: str) -> Path:
     """A path as seen from the folder of the study."""
     return path.parent / name
-
-
-def _sentence(error: ValidationError, path: Path) -> str:
-    first = error.errors(include_url=False, include_context=False)[0]
-    key = ".".join(str(part) for part in first["loc"])
-    if first["type"] == "extra_forbidden":
-        return f"{path}: key {key[:120]!r} is not known; a study has the tables study, parameter, limit and pareto."
-    if first["type"] == "missing":
-        return f"{path}: key {key!r} is missing; add it."
-    message = first["msg"].removeprefix("Value error, ")
-    given = "" if isinstance(first.get("input"), dict) else f"; got {str(first.get('input'))[:60]}"
-    return f"{path}: {key[:120]} is not usable: {message}{given}. Mend it there."

@@ -9,6 +9,7 @@ What goes into a controller (mat, c) is checked first in the sampled loop with t
 """
 
 import csv
+import os
 from io import StringIO
 from pathlib import Path
 
@@ -21,7 +22,7 @@ from workbench.handover.code.plant_formats import checked, plant_csv, plant_head
 from workbench.handover.table.plant import PlantTable
 from workbench.handover.table.table import GainTable
 from workbench.lti.hold import InsideError
-from workbench.machine.writing import write_bytes
+from workbench.machine.writing import place_of, write_bytes
 
 
 def csv_text(table: GainTable) -> str:
@@ -133,12 +134,16 @@ def exported(
     table: GainTable | PlantTable, format: str, path: Path | str, *, sample_time: float | None = None,
     computing_delay: float = 0.0, accept: bool = False, prefix: str = PREFIX,
 ) -> Path:  # fmt: skip
-    """Writes a table in the named format, as `render` makes it; returns the path."""
+    """Writes a table in the named format, as `render` makes it; returns the path.
+
+    path : the file; or a folder, told by `place_of`, for one called gains
+    """
     content = render(
         table, format, sample_time=sample_time, computing_delay=computing_delay, accept=accept, prefix=prefix
     )
-    write_bytes(Path(path), content)
-    return Path(path)
+    place = place_of(os.fspath(path), "gains", suffix(format))
+    write_bytes(place, content)
+    return place
 
 
 def _timed(table: GainTable, sample_time: float | None) -> GainTable:
