@@ -65,6 +65,39 @@ def test_what_data_say_of_a_goal_gives_the_same_goal(asked, case):
     assert ours.value == pytest.approx(theirs.value, rel=1e-9)
 
 
+UNLIMITED = {"loop_shape", "passivity", "weighted_passivity", "conic_sector"}  # in or out: no size to change
+BETWEEN = {"min_loop_gain", "max_loop_gain"}  # asked for only where their profile is above, below 1
+
+
+@pytest.mark.parametrize("asked", EVERY, ids=IDS)
+def test_a_goal_with_another_limit_measures_the_same_against_it(asked, case):
+    before = asked.asked()
+    if asked.kind in UNLIMITED:
+        with pytest.raises(InputError, match="has no limit of one size"):
+            asked.with_limit(2.0)
+        return
+    loop, theta = case
+    K = loop.structure.controller(theta)
+    value = asked.bind(loop).evaluate(K).value
+    for factor in (0.7, 1.0, 1.6):
+        other = asked.with_limit(factor * before.limit)
+        assert type(other) is type(asked)
+        found = other.bind(loop).evaluate(K).value
+        if before == type(before)():  # a number without a unit: so many times what was asked
+            assert found == pytest.approx(value / factor, rel=1e-9) or asked.kind in BETWEEN
+        else:
+            assert other.asked().limit == factor * before.limit
+            assert other.asked().value(found) == pytest.approx(before.value(value), rel=1e-9)
+    for wrong in (0.0, -1.0, float("nan"), float("inf"), True, "2"):
+        with pytest.raises(InputError, match="must be a positive, finite number"):
+            asked.with_limit(wrong)
+
+
+def test_limits_set_together_are_not_changed_as_one():
+    with pytest.raises(InputError, match="sets decay and damping together"):
+        Poles(decay=1.0, damping=0.5).with_limit(0.3)
+
+
 @pytest.mark.parametrize("kind", known())
 def test_every_kind_refuses_a_key_it_does_not_know_and_names_the_nearest(kind):
     key = keys_of(kind)[0].name

@@ -13,6 +13,7 @@ from workbench.errors import InputError
 from workbench.files.problem import load_problem
 from workbench.lti.model import Model
 from workbench.study.file import read_study
+from workbench.study.report import study_report_html
 from workbench.study.run import run_study
 
 TWO = """
@@ -112,9 +113,90 @@ def test_quantities_and_tasks_that_a_plant_does_not_have_are_refused(tmp_path):
     with pytest.raises(InputError, match="unknown quantity 'cost'"):
         run_study(study(tmp_path, ride), tmp_path / "out")
     front = HEAD.replace('sampling = "list"', 'task = "pareto"')
-    front += '[[pareto]]\nrequirement = "damping_ratio_at_least"\nlimits = [0.5]\n'
-    with pytest.raises(InputError, match="'pareto' sweeps a vehicle's requirements"):
-        run_study(study(tmp_path, front), tmp_path / "out")
+    for name, said in (("Sensitivity volt", "did you mean 'Sensitivity voltage'"), ("Pole", "did you mean 'Poles'")):
+        sweep = f'[[pareto]]\nrequirement = "{name}"\nlimits = [0.5]\n'
+        with pytest.raises(InputError, match=said):
+            run_study(study(tmp_path, front + sweep), tmp_path / "out")
+
+
+CART = """
+[problem]
+title = "A cart on a track"
+source = "a double integrator with friction"
+[model]
+name = "cart"
+kind = "transfer_function"
+inputs = ["force"]
+outputs = ["place"]
+entry = [{ numerator = [1.0], denominator = [1.0, 1.0, 0.0] }]
+[structure]
+references = ["r"]
+[[structure.block]]
+kind = "pid"
+inputs = ["r - place"]
+outputs = ["force"]
+options = { parts = "PD" }
+parameters = { Tf_s = { value = 0.05, free = false } }
+[[goal]]
+kind = "margins"
+points = ["force"]
+phase_deg = 50.0
+[[goal]]
+kind = "gain"
+name = "effort"
+hard = true
+inputs = ["r"]
+outputs = ["force"]
+limit = 30.0
+[[goal]]
+kind = "step_tracking"
+name = "tracking"
+inputs = ["r"]
+outputs = ["place"]
+time_constant_s = 0.5
+"""
+FRONT = """
+[study]
+problem = "cart"
+task = "pareto"
+starts = 1
+output = "csv"
+[[pareto]]
+requirement = "effort"
+limits = [20.0, 40.0, 80.0]
+[[pareto]]
+requirement = "Margins force"
+limits = [60.0, 75.0]
+"""
+
+
+@pytest.fixture(scope="module")
+def front(tmp_path_factory):
+    place = tmp_path_factory.mktemp("pareto")
+    (place / "cart").mkdir()
+    (place / "cart" / "data.toml").write_text(CART)
+    return run_study(study(place, FRONT), place / "out"), place
+
+
+def test_a_front_over_the_limits_of_goals_costs_less_where_they_are_looser(front):
+    found, _ = front
+    assert found.columns["limit"] == [80.0, 40.0, 20.0, 60.0, 75.0]  # a margin is loosest where it is least
+    assert found.columns["error"] == [""] * 5
+    cost = found.numbers("goals.tracking")
+    assert cost[0] <= cost[1] <= cost[2]
+    assert cost[3] <= cost[4]
+    assert (found.numbers("goals.effort")[:3] <= np.array([80.0, 40.0, 20.0]) * (1 + 1e-9)).all()
+    assert found.failing.count == 0  # 80 is more than the problem's own 30, which that row was not designed for
+    assert list(found.front) == ["tracking", "effort", "minus Margins force"]
+    assert any(found.columns["nondominated"])
+
+
+def test_a_front_goes_on_where_it_ended_and_has_its_report(front):
+    found, place = front
+    assert run_study(study(place, FRONT), place / "out").columns == found.columns
+    assert "goals.tracking" in found.columns
+    page = study_report_html(found)
+    assert "tracking against minus Margins force" in page
 
 
 def test_the_command_runs_it_and_writes_its_report(tmp_path):

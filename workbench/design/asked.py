@@ -11,10 +11,11 @@ from time import perf_counter
 
 from workbench.analysis.full import FullAnalysis, full_analysis
 from workbench.control import Gains
-from workbench.design.design import FEW, STARTS, design, method_of
+from workbench.design.design import FEW, STARTS, method_of
 from workbench.design.loop_margins import LoopMargins
 from workbench.design.nonsmooth import SECONDS
 from workbench.design.plant_analysis import PlantAnalysis, plant_analysis
+from workbench.design.plant_tradeoff import PlantTradeOff, plant_trade_off
 from workbench.design.problem import Problem
 from workbench.design.record import Design, Start, given, printed
 from workbench.design.robust import RobustDesign, robust_design
@@ -22,8 +23,7 @@ from workbench.design.tradeoff import TradeOff
 from workbench.design.tradeoff import trade_off as vehicle_trade_off
 from workbench.design.tuner.robust import tune_robust
 from workbench.design.variation import STANDARD_BOX, Box, Variation
-from workbench.errors import InfeasibleError, InputError, unknown_name
-from workbench.goals.verdict import Verdict, shortfall
+from workbench.errors import InputError
 from workbench.result import Result, Row
 
 Values = Gains | Mapping[str, float]
@@ -120,22 +120,6 @@ def robust(
     )  # fmt: skip
 
 
-@dataclass(frozen=True, kw_only=True, repr=False)
-class PlantTradeOff(Result):
-    """The largest soft goal for each limit of one goal; None where the hard goals cannot be met together."""
-
-    goal: str
-    unit: str
-    limits: tuple[float, ...]
-    costs: tuple[float | None, ...]
-    designs: tuple[Design | None, ...]
-    reasons: tuple[str, ...]
-
-    def rows(self) -> list[Row]:
-        pairs = zip(self.limits, self.costs, strict=True)
-        return [(f"{self.goal} at {limit:.4g} {self.unit}", cost, "") for limit, cost in pairs]
-
-
 def trade_off(
     given_one: Problem | Design, quantity: str, limits: Sequence[float], *, starts: int | None = None,
     seed: int | None = None, workers: int = 1, on_limit: Callable[[float, float | None], None] | None = None,
@@ -145,8 +129,8 @@ def trade_off(
 
     Parameters
     ----------
-    quantity : name of the goal; its `limit` is what changes
-    limits : in the goal's own unit (SI), in any order
+    quantity : name of the goal, which is hard while it is swept
+    limits : in the unit of the goal's verdict, in any order; of goals without a unit, in multiples of what they ask
     starts, seed, workers : as of `design`;  seconds : of each search, for a plant of one's own
     on_limit : called with each limit and the cost found there
     """
@@ -158,49 +142,11 @@ def trade_off(
             problem, quantity, limits, start=start, starts=effort.starts or STARTS, seed=effort.seed, workers=workers,
             on_limit=on_limit,
         )  # fmt: skip
-    known = {goal.name: goal for goal in problem.goals}
-    if quantity not in known:
-        raise unknown_name("goal", quantity, known)
-    swept = known[quantity]
-    if not limits or not isinstance(getattr(swept, "limit", None), int | float):
-        raise InputError(f"a trade-off sweeps the constant limit of a goal; {quantity!r} has none, or no limits came.")
-    order = sorted(limits, reverse=swept.sense == "<=")
-    found: list[Design | None] = []
-    reasons = []
-    values = dict(given_one.values) if isinstance(given_one, Design) else None
-    for limit in order:
-        others = [goal for goal in problem.goals if goal is not swept]
-        asked = problem.with_goals([*others, replace(swept, limit=limit, hard=True, name=quantity)])
-        try:
-            found.append(design(asked, starts=starts, seed=seed, workers=workers, start=values, seconds=seconds))
-            values, reason = dict(found[-1].values), ""  # pyright: ignore[reportOptionalMemberAccess]
-        except InfeasibleError as error:
-            found.append(None)
-            reason = " ".join(str(error).split())
-        reasons.append(reason)
-        if on_limit:
-            on_limit(limit, _soft(found[-1], quantity))
-    return PlantTradeOff(
-        goal=quantity, unit=swept.unit, limits=tuple(order), costs=tuple(_soft(d, quantity) for d in found),
-        designs=tuple(found), reasons=tuple(reasons),
+    start = dict(given_one.values) if isinstance(given_one, Design) else None
+    return plant_trade_off(
+        problem, quantity, limits, start=start, starts=starts, seed=seed, workers=workers, seconds=seconds,
+        on_limit=on_limit,
     )  # fmt: skip
-
-
-def _soft(found: Design | None, swept: str) -> float | None:
-    """The largest soft goal, 1 at its limit; None without a design or a soft goal."""
-    if found is None:
-        return None
-    soft = {goal.name for goal in found.problem.goals if not goal.hard and goal.name != swept}
-    return max((1 + _missed((v, {})) for v in found.verdicts if v.name in soft), default=None)
-
-
-def _missed(pair: tuple[Verdict, object]) -> float:
-    """By which fraction of its limit a verdict's value misses it."""
-    verdict = pair[0]
-    if verdict.value is None:
-        return float("inf")
-    value = verdict.value if verdict.upper is None else verdict.upper
-    return shortfall(verdict.sense, verdict.limit, value) if verdict.limit else value
 
 
 def _chosen(given_one: Problem | Design, values: Values | None) -> tuple[Problem, Values]:

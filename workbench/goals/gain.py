@@ -65,6 +65,7 @@ class WeightedGain(ChannelGoal):
 
     kind = "weighted_gain"
     keys = (*weight("left"), *weight("right"))
+    scales = (("left", -1),)
 
     left: WeightLike = 1.0
     right: WeightLike = 1.0
@@ -98,6 +99,7 @@ class Tracking(ChannelGoal):
     kind = "tracking"
     keys = (Key("response_time_s", "response_time"), Key("dc_error"), Key("peak_error"), Key("scale"))
     sizes, in_pairs = (("response_time", "s"), ("dc_error", ""), ("peak_error", "")), True
+    scales = (("dc_error", 1), ("peak_error", 1))
 
     response_time: float
     dc_error: float = 1e-3

@@ -20,12 +20,13 @@ margin (disk and delay margins), sector (passivity, conic sectors), variance (H2
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import MISSING, dataclass, fields, replace
-from typing import TYPE_CHECKING, Any, ClassVar, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol, Self
 
 import numpy as np
 
 from workbench.errors import InputError
 from workbench.goals.key import HERTZ, Key
+from workbench.goals.limit import Scales, scaled
 from workbench.goals.promise import Promise, Sense, Subject, kept_limit
 from workbench.goals.verdict import Verdict
 from workbench.result import Result, Row
@@ -166,6 +167,7 @@ class Goal:
     openings: tuple[str, ...] = ()
     focus: tuple[float, float] = FULL_BAND
     beside: ClassVar[bool] = False  # it looks at loops beside the nominal one; brought in after a first solution
+    scales: ClassVar[Scales] = ()  # fields that the limit scales; `limit` if none is named
     corners: ClassVar[bool] = True  # it steers by few pieces, the largest of which has corners
 
     def __post_init__(self) -> None:
@@ -248,6 +250,10 @@ class Goal:
     def asked(self) -> Asked:
         """The limit in the goal's own unit; a number that is at most 1 where it has none."""
         return Asked()
+
+    def with_limit(self, limit: float) -> Self:
+        """The same goal with another limit, in the unit of `asked()`; raises InputError where it has none to change."""
+        return scaled(self, limit)
 
     def steer(self, point: Any) -> Rows:
         """The near-active pieces as rows 1 − value with gradients by theta, model by model.

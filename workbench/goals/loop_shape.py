@@ -63,6 +63,7 @@ class Rejection(PointGoal):
 
     kind = "rejection"
     keys = magnitude("attenuation")
+    scales = (("attenuation", -1),)
 
     attenuation: ProfileLike
 
@@ -104,7 +105,7 @@ class _LoopGain(PointGoal):
 class MinLoopGain(_LoopGain):
     """σ_min(L) is at least a profile wherever the profile is above 1: sup |profile|/σ_min(L)."""
 
-    kind, power = "min_loop_gain", 1
+    kind, power, scales = "min_loop_gain", 1, (("profile", -1),)
 
 
 @register
@@ -112,7 +113,7 @@ class MinLoopGain(_LoopGain):
 class MaxLoopGain(_LoopGain):
     """σ_max(L) is at most a profile wherever the profile is below 1: sup σ_max(L)/|profile|."""
 
-    kind, power = "max_loop_gain", -1
+    kind, power, scales = "max_loop_gain", -1, (("profile", 1),)
 
 
 @register

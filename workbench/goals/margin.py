@@ -9,7 +9,7 @@ An unstable loop has no margins: its value is infinite.
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from workbench.errors import InputError
 from workbench.goals.gain import GainShape
 from workbench.goals.goal import NEAR, Asked, Bound, Largest, Measure, Value, infinite, near
 from workbench.goals.key import Key
+from workbench.goals.limit import checked_limit
 from workbench.goals.peak import Axis, PeakMeasure, Piece, Sampled, sampled
 from workbench.goals.promise import Promise, kept_limit
 from workbench.goals.registry import register
@@ -87,6 +88,11 @@ class Margins(PointGoal):
         if reached_phase(self.alpha) <= self.phase_deg * (1 + 1e-12):
             return Asked(">=", self.phase_deg, "deg", lambda v: reached_phase(self.alpha / v if v else math.inf))
         return Asked(">=", self.gain_db, "dB", lambda v: reached_gain(self.alpha / v if v else math.inf))
+
+    def with_limit(self, limit: float) -> Self:
+        """In the unit of the stricter of the two, which stands for both: they are one disk margin."""
+        number, unit = checked_limit(self.name, limit), self.asked().unit
+        return replace(self, gain_db=number if unit == "dB" else 0.0, phase_deg=0.0 if unit == "dB" else number)
 
     def promise(self, verdict: Verdict) -> Promise | None:
         """The disk margin: what is asked, else what is reached."""
@@ -201,6 +207,7 @@ class DelayMargin(PointGoal):
     kind, proof = "delay_margin", "delay margin"
     keys = (Key("delay_s", "delay"),)
     sizes, all_frequencies = (("delay", "s"),), True
+    scales = (("delay", 1),)
 
     delay: float
     hard: bool = True

@@ -10,7 +10,7 @@ sector, inside the circle; and a positive definite P with MᴴP + PM < 0 proves 
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from workbench.control.structure.modes import Modes, eigenvalues
 from workbench.errors import InputError
 from workbench.goals.goal import FULL_BAND, NEAR, Asked, Bound, Goal, Value, infinite, near
 from workbench.goals.key import HERTZ, Key
+from workbench.goals.limit import checked_limit
 from workbench.goals.promise import Promise
 from workbench.goals.registry import register
 from workbench.goals.roots import COUNTED, check_focus, root_limits
@@ -73,6 +74,15 @@ class _Limited(Goal):
         if damping is not None:
             return Asked(">=", damping, "1", lambda v: damping * (2 - v))
         return Asked("<=", frequency or 1.0, "rad/s", lambda v: v * (frequency or 1.0))
+
+    def with_limit(self, limit: float) -> Self:
+        """Of the one that is set; raises InputError for several."""
+        given = [key for key in ("decay", "damping", "frequency") if getattr(self, key) is not None]
+        if len(given) > 1:
+            raise InputError(
+                f"{self.name!r} sets {' and '.join(given)} together; a sweep changes one limit. Make two goals of it."
+            )
+        return replace(self, **{given[0]: checked_limit(self.name, limit)})
 
 
 @register

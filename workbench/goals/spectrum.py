@@ -18,6 +18,7 @@ from workbench.constants import GRAVITY
 from workbench.errors import InputError
 from workbench.goals.goal import NEAR, Asked, Measure, Value, infinite, positive
 from workbench.goals.key import Key, densities, magnitude
+from workbench.goals.limit import Scales
 from workbench.goals.peak import Axis, PeakMeasure, Piece, sampled
 from workbench.goals.registry import register
 from workbench.goals.signals import ChannelGoal
@@ -68,6 +69,11 @@ class Spectrum(ChannelGoal):
         amplitude_of("mask", self.mask)
         if self.unit not in UNITS:
             raise InputError(f"unit must be 'output' or 'g'; got {self.unit!r}. Use 'g' for masks in g²/Hz.")
+
+    @property
+    def scales(self) -> Scales:  # pyright: ignore[reportIncompatibleVariableOverride]
+        """The measure is an amplitude; a mask in numbers is a PSD, its square, and a filter's is an amplitude."""
+        return (("mask", 1 if isinstance(self.mask, tuple) else 2),)
 
     def measure(self, channel: Any) -> Measure:
         densities = _densities(self.density, len(self.inputs))

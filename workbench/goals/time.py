@@ -42,6 +42,7 @@ class Overshoot(ChannelGoal):
     kind = "overshoot"
     keys = (Key("percent"),)
     sizes, in_pairs, all_frequencies = (("percent", "%"),), True, True
+    scales = (("percent", 1),)
 
     percent: float = 10.0
 
@@ -78,6 +79,7 @@ class StepRejection(ChannelGoal):
     kind = "step_rejection"
     keys = (Key("peak"), Key("settling_time_s", "settling_time"), Key("fraction"))
     sizes, all_frequencies = (("peak", ""), ("settling_time", "s")), True
+    scales = (("peak", 1),)
 
     peak: float
     settling_time: float

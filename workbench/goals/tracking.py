@@ -26,6 +26,7 @@ from workbench.lti.weight import Filter, WeightLike, filter_of
 
 ORDERS = {"impulse": 0, "step": 1, "ramp": 2}
 SIZES = (("gap", ""), ("static_error", ""))
+SCALES = (("gap", 1), ("static_error", 1))
 
 
 @register
@@ -53,6 +54,7 @@ class StepTracking(ChannelGoal):
         *(Key(k) for k in ("overshoot_percent", "gap", "static_error")),
     )
     sizes, in_pairs, all_frequencies = SIZES, True, True
+    scales = SCALES
 
     reference: WeightLike = None
     time_constant: float | None = None
@@ -95,6 +97,7 @@ class Transient(ChannelGoal):
     kind = "transient"
     keys = (*weight("reference"), Key("signal"), Key("gap"), Key("static_error"))
     sizes, all_frequencies = SIZES, True
+    scales = SCALES
 
     reference: WeightLike
     signal: str = "step"

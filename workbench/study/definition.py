@@ -105,16 +105,25 @@ class Limit:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sweep:
-    """The limits of one requirement, in SI units, along which a Pareto front is followed."""
+    """The limits of one requirement, or of one goal of a plant of one's own, along which a Pareto front is followed.
+
+    limits : in SI units, in the goal's own;  sense : of the limit, as the problem has it
+    """
 
     requirement: str
     limits: tuple[float, ...]
+    sense: str = "<="
 
     def __post_init__(self) -> None:
         if not self.limits or len(set(self.limits)) < len(self.limits) or min(self.limits) <= 0:
             raise InputError(
                 f"the sweep of {self.requirement!r} must have distinct positive limits; got {list(self.limits)[:8]}."
             )
+
+    @property
+    def order(self) -> tuple[float, ...]:
+        """The limits from the loosest."""
+        return tuple(sorted(self.limits, reverse=self.sense == "<="))
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -231,6 +240,8 @@ class Study(Result):
         document = asdict(self)
         for name in ("output", "confidence", "limits", "gains", "schedule", "problem", "_names"):
             del document[name]  # of the output's form, or in the identity by content
+        for sweep in document["sweeps"]:
+            del sweep["sense"]  # the problem says it
         return document
 
     def rows(self) -> list[Row]:

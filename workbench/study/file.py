@@ -118,15 +118,17 @@ class LimitBlock(_Table):
 
 
 class ParetoBlock(_Table):
-    requirement: Name  # as in a problem's [requirements], with its unit
+    requirement: Name  # as in a problem's [requirements], with its unit; of a plant of one's own the name of a goal
     limits: Annotated[tuple[Positive, ...], Field(min_length=1, max_length=1000)]
 
-    def sweep(self) -> Sweep:
-        """The record, in SI units."""
+    def sweep(self, *, own: bool) -> Sweep:
+        """The record, in SI units; own : of a plant of one's own, in the unit of its goal."""
+        if own:
+            return Sweep(requirement=self.requirement, limits=self.limits)
         if self.requirement not in limit_keys():
             raise unknown_name("requirement", self.requirement, limit_keys())
         each = [requirement_of(self.requirement, limit) for limit in self.limits]
-        return Sweep(requirement=each[0].name, limits=tuple(r.limit for r in each))
+        return Sweep(requirement=each[0].name, limits=tuple(r.limit for r in each), sense=each[0].sense)
 
 
 class StudyFile(_Table):
@@ -164,7 +166,7 @@ def read_study(path: Path) -> Study:
             problem=problem, task=s.task, sampling=s.sampling, count=s.count, seed=s.seed, gains=gains,
             schedule=schedule,
             parameters=tuple(p.parameter() for p in file.parameter), quantities=s.quantities,
-            limits=tuple(x.limit() for x in file.limit), sweeps=tuple(x.sweep() for x in file.pareto),
+            limits=tuple(x.limit() for x in file.limit), sweeps=tuple(x.sweep(own=_own(problem)) for x in file.pareto),
             starts=s.starts, output=s.output, confidence=s.confidence,
         )  # fmt: skip
     except InputError as error:
@@ -173,10 +175,15 @@ def read_study(path: Path) -> Study:
 
 def _given(table: Path, problem: str) -> tuple[dict[str, float], Schedule | None]:
     """The gains in a file and their schedule; of a plant of one's own, values of its parameters."""
-    data = shipped_problems().get(problem, Path(problem)) / "data.toml"
-    if data.is_file() and is_own(read_mapping(data)):
+    if _own(problem):
         return named_values(table), None
     return read_gains(table).as_dict(), read_schedule(table)
+
+
+def _own(problem: str) -> bool:
+    """Whether a name or folder is a plant of one's own; of a problem that is not there nothing is known."""
+    data = shipped_problems().get(problem, Path(problem)) / "data.toml"
+    return data.is_file() and is_own(read_mapping(data))
 
 
 def _beside(path: Path, name: str) -> Path:

@@ -8,19 +8,20 @@ name written as "_".
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from workbench.design.design import design
 from workbench.design.plant_analysis import plant_analysis
+from workbench.design.plant_tradeoff import goal_named, plant_trade_off, with_goal_limit
 from workbench.design.problem import Problem
 from workbench.design.record import given
-from workbench.errors import InputError
 from workbench.machine.threads import one_thread
-from workbench.study.definition import Limit, Study
-from workbench.study.quantity import row_of, value_at
+from workbench.study.definition import Limit, Study, Sweep
+from workbench.study.pareto import Wanted
+from workbench.study.quantity import Values, row_of, value_at
 from workbench.study.source import FACTOR, Source
 
 OF_STABLE = ("peak_sensitivity", "margins")  # what only stable loops have: no value elsewhere
@@ -68,16 +69,48 @@ class PlantStudy:
 
     def check(self) -> None:
         """Refuses tasks and parameters that a plant does not have."""
-        if self.study.task == "pareto":
-            raise InputError(
-                f"task 'pareto' sweeps a vehicle's requirements; {self.source.name!r} controls a plant of its own. "
-                "Take task 'design' with the limit among the parameters."
-            )
+        for sweep in self.study.sweeps:
+            for limit in sweep.limits:
+                with_goal_limit(self.problem, sweep.requirement, limit)
         for p in self.study.parameters:
             if p.name not in self.values():
                 self.source.check(p.name.removeprefix(FACTOR), tuple(self.values()))
         for name in self.study.gains or {}:
             self.problem.structure.parameter(name)
+
+    def with_senses(self) -> "PlantStudy":
+        """The same, its sweeps in the sense of the goals that they sweep."""
+        sweeps = tuple(
+            replace(sweep, sense=goal_named(self.problem, sweep.requirement).asked().sense)
+            for sweep in self.study.sweeps
+        )
+        return replace(self, study=replace(self.study, sweeps=sweeps))
+
+    def limited(self, name: str) -> tuple[str, ...]:
+        """The quantity of a goal."""
+        return (_path(name),)
+
+    def wanted(self) -> Wanted:
+        """What a front is drawn over: the soft goals, and what the sweeps limit."""
+        swept = [sweep.requirement for sweep in self.study.sweeps]
+        soft = [goal for goal in self.problem.goals if not goal.hard]
+        shown = [*soft, *(goal_named(self.problem, name) for name in swept)]
+        large = {goal.name: goal.asked().sense == ">=" for goal in shown}
+        return {
+            f"minus {name}" if up else name: (self.limited(name), -1.0 if up else 1.0) for name, up in large.items()
+        }
+
+    def rows_of(self, quantities: Sequence[str], sweep: Sweep) -> list[Values]:
+        """The rows of one sweep of a goal's limit."""
+        found = plant_trade_off(
+            self.problem, sweep.requirement, sweep.limits, start=self.study.gains, starts=max(self.study.starts, 1),
+            seed=self.study.seed,
+        )  # fmt: skip
+        rows: list[Values] = []
+        for one, reason in zip(found.designs, found.reasons, strict=True):
+            document = {} if one is None else document_of(self.problem, dict(one.values), quantities)
+            rows.append([*(None if one is None else value_at(document, q) for q in quantities), reason])
+        return rows
 
     def values(self) -> dict[str, float]:
         """Of every parameter: the study's, the approved, the structure's own."""
@@ -88,7 +121,9 @@ class PlantStudy:
         """Those asked for, or the usual ones; and what the hard goals limit where the study has no limits."""
         goals = tuple(self._goals())
         asked = self.study.quantities or (*ALWAYS, *goals)
-        if self.study.task == "design" and not self.study.quantities:
+        if self.study.task == "pareto":  # what the front is drawn over is recorded whatever else is
+            asked = tuple(dict.fromkeys([*asked, *(q for parts, _ in self.wanted().values() for q in parts)]))
+        if self.study.task != "analyse" and not self.study.quantities:
             asked = (*asked, *(f"values.{name}" for name in self.values()))
         return asked if self.study.limits else (*asked, *(limit.quantity for limit in self.limits()
                                                           if limit.quantity not in asked))  # fmt: skip

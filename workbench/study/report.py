@@ -147,11 +147,11 @@ def _quantities(result: StudyResult) -> str:
 
 
 def _fronts(result: StudyResult) -> str:
-    names, values = objectives(result.columns)
+    names, values = objectives(result.columns, result.front)
     best = np.array(result.columns["nondominated"], bool)
-    if not best.any() or "ride cost J" not in names:
+    if not best.any() or not names:
         return "<p>No design was found within these limits.</p>"
-    cost = names.index("ride cost J")
+    cost = 0  # of a vehicle's ride, or the first soft goal
     blocks = []
     for k, name in enumerate(names):
         if k == cost:

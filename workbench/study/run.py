@@ -28,7 +28,7 @@ from workbench.study.definition import Limit, Study
 from workbench.study.executor import local, serial
 from workbench.study.folder import hashes, workbench_sha256
 from workbench.study.given import Given
-from workbench.study.pareto import limits_by_row, nondominated, objectives, plan, swept
+from workbench.study.pareto import Wanted, flown_rows, limits_by_row, nondominated, objectives, plan, swept, wanted_of
 from workbench.study.plant import PlantStudy, PlantTask
 from workbench.study.quantity import document_of, limited, limits_of, required, usual, value_at
 from workbench.study.sampling import sample
@@ -54,7 +54,7 @@ class StudyResult(Result):
 
     columns : name to values of every row: "row", parameters, quantities, "error" (and "nondominated" of a Pareto study)
     provenance : hashes, versions, seed, times;  limits : what counts as failing;  failed : (rows,) which fail
-    table : the file with all rows
+    table : the file with all rows;  front : what a Pareto study is drawn over
     """
 
     study: Study
@@ -66,6 +66,7 @@ class StudyResult(Result):
     spreads: tuple[Spread, ...]
     indices: tuple[Index, ...]
     table: Path
+    front: Wanted
 
     @property
     def quantities(self) -> tuple[str, ...]:
@@ -172,6 +173,9 @@ def _run(
     source = Source.of(study.problem, trust=trust)
     problem = source.problem()
     plant = None if problem.flies else PlantStudy(study, source, problem)
+    if plant is not None:
+        plant = plant.with_senses()
+        study = plant.study
     if plant is None:
         quantities, limits, gains, more = _vehicle(study, source, problem)
     else:
@@ -198,7 +202,8 @@ def _run(
         if study.task == "pareto":
             missing(total, [(p.first, p.first + len(p.values)) for p in pieces], 1, 1)
             kept = {p.first + k for p in pieces for k in range(len(p.values))}
-            work = swept(study, problem, gains, quantities, kept)
+            flown = partial(flown_rows, study, problem, gains, quantities)
+            work = swept(study, flown if plant is None else partial(plant.rows_of, quantities), kept)
         else:
             samples = sample(study)
             make = partial(Task.of, study, source) if plant is None else plant.task
@@ -217,8 +222,10 @@ def _run(
             "seed": study.seed, "rows": total, "finished": created, "wall_seconds_of_last_run": perf_counter() - begun,
             "compute_seconds": sum(p.seconds for p in pieces),
         }  # fmt: skip
-        held = limits_by_row(study, problem, limits) if study.task == "pareto" else dict.fromkeys(limits)
-        result = _summed_up(study, samples, rows, quantities, held, provenance, table)
+        of = partial(limited, problem) if plant is None else plant.limited
+        held = limits_by_row(study, limits, of) if study.task == "pareto" else dict.fromkeys(limits)
+        front = wanted_of(name for name, _ in plan(study)) if plant is None else plant.wanted()
+        result = _summed_up(study, samples, rows, quantities, held, provenance, table, front)
         write_study(result.table, result.columns, provenance)
         write_text(folder / "summary.json", json.dumps(result.to_dict(), indent=1, ensure_ascii=False) + "\n")
     return result
@@ -259,7 +266,7 @@ def _work(study: Study, make: Callable[..., Task | PlantTask], quantities, sampl
     return serial(task, ranges) if workers <= 1 else local(task, ranges, workers)
 
 
-def _summed_up(study: Study, samples, rows, quantities, held, provenance, table: Path) -> StudyResult:
+def _summed_up(study: Study, samples, rows, quantities, held, provenance, table: Path, front: Wanted) -> StudyResult:
     columns: dict[str, list[Any]] = {"row": list(range(len(rows)))}
     if study.task == "pareto":
         columns["requirement"], columns["limit"] = (list(part) for part in zip(*plan(study), strict=True))
@@ -267,7 +274,7 @@ def _summed_up(study: Study, samples, rows, quantities, held, provenance, table:
     columns |= {name: [row[k] for row in rows] for k, name in enumerate(quantities)}
     columns["error"] = [row[-1] for row in rows]
     if study.task == "pareto":
-        columns["nondominated"] = nondominated(objectives(columns)[1]).tolist()
+        columns["nondominated"] = nondominated(objectives(columns, front)[1]).tolist()
     numbers = {q: np.array([np.nan if v is None else float(v) for v in columns[q]], float) for q in quantities}
     random = study.sampling in ("latin_hypercube", "monte_carlo") and study.task != "pareto"
     found, failed = failing(columns, columns["error"], held, random=random, confidence=study.confidence)
@@ -279,7 +286,7 @@ def _summed_up(study: Study, samples, rows, quantities, held, provenance, table:
     return StudyResult(
         study=study, columns=columns, provenance=provenance, limits=tuple(held), failing=found, failed=failed,
         spreads=tuple(spread_of(q, numbers[q]) for q in quantities), indices=known,
-        table=table,
+        table=table, front=front,
     )  # fmt: skip
 
 
