@@ -16,7 +16,8 @@ from workbench.goals.sector import ConicSector
 from workbench.goals.spectrum import Spectrum
 from workbench.lti import Plant
 from workbench.lti.model import Model
-from workbench.lti.peak_jet import Enclosure, spectral
+from workbench.lti.peak_jet import Enclosure
+from workbench.lti.realisation import spectral
 
 LAG = Plant.from_matrices([[-1.0]], [[1.0]], [[1.0]])
 OPEN = Controller.static([[0.0]])

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from loop_of_1975 import heave_pitch, sway_roll_yaw
 
 from workbench.errors import InputError
-from workbench.lti.margin import channel_margin, complementary, margins, peak_sensitivity, sensitivity
-from workbench.lti.norm import frequency_response, peak_gain
+from workbench.lti.margin import channel_margin, complementary, margins, sensitivity
+from workbench.lti.norm import frequency_response
 
 quick = settings(max_examples=25, deadline=None, derandomize=True)
 
@@ -234,15 +234,6 @@ def test_the_report_heave_loop_is_lost_to_a_fifth_more_gain_at_rest():
     assert abs(frequency_response(*S, [0.0])[0, 0, 0]) == pytest.approx(1 / (1 - 1 / static), rel=1e-12)
 
 
-def test_patterns_that_span_all_channels_have_the_peak_of_the_whole():
-    for open_loop in (heave_pitch(), sway_roll_yaw()):
-        S = sensitivity(*open_loop)
-        turn = np.array([[1, 1], [1, -1]]) / math.sqrt(2)
-        peaks = peak_sensitivity(*S, {"both": turn, "sum": turn[:, :1], "difference": turn[:, 1:]})
-        assert peaks["both"].value == pytest.approx(peak_gain(*S).value, rel=4e-9)  # the two brackets
-        assert max(peaks["sum"].value, peaks["difference"].value) <= peaks["both"].upper
-
-
 def test_margins_show_the_smallest_of_each_kind():
     found = margins(*sensitivity(*sway_roll_yaw()), channels=["front", "rear"])
     rows = {name: value for name, value, _ in found.rows()}
@@ -278,11 +269,6 @@ def test_a_channel_that_is_not_there_is_refused():
         channel_margin(*S, channel=2)
     with pytest.raises(InputError, match="channels must name each of the 2 channels"):
         margins(*S, channels=["front"])
-
-
-def test_patterns_that_are_not_orthonormal_are_refused():
-    with pytest.raises(InputError, match="pattern 'heave' must have orthonormal columns of length 2"):
-        peak_sensitivity(*sensitivity(*heave_pitch()), {"heave": np.ones((2, 1))})
 
 
 def test_a_loop_gain_of_exactly_one_at_rest_has_no_crossing_and_bears_any_dead_time():

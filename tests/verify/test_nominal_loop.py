@@ -9,7 +9,7 @@ from workbench.physics.vehicle import varied
 from workbench.verify.exact.failure import NotProved, TableError
 from workbench.verify.exact.system import System, zeros
 from workbench.verify.vehicle.law import GAIN_NAMES as NAMES_OF_THE_CHECKER
-from workbench.verify.vehicle.loop import closed_loop, factors, left_out, state_matrix
+from workbench.verify.vehicle.loop import closed_loop, factors, left_out
 from workbench.verify.vehicle.table import table_of
 
 TIGHT = 1e-12  # relative to the largest: two orders of the same sums in doubles
@@ -32,7 +32,7 @@ def file(request):
 def test_poles_are_those_of_the_workbenchs_own_closed_loop(file):
     table, problem = table_of(file.document), file.design.problem
     for one in problem.subjects:
-        ours = np.sort_complex(np.linalg.eigvals(floats(state_matrix(table, one.name))))
+        ours = np.sort_complex(np.linalg.eigvals(floats(closed_loop(table, one.name).A)))
         theirs = np.sort_complex(one.close(file.design.gains).poles())
         assert len(ours) == len(theirs)
         # 1e-9: the slowest filters' poles nearly coincide, and move by the root of the rounding
@@ -59,10 +59,10 @@ def test_a_filter_without_gain_has_no_state_and_a_rate_without_filter_no_loop(re
     def without(name, tau=None):
         return table_of(revenue.changed(lambda d: d["gains"].update({name: "0", **({tau: "0"} if tau else {})})))
 
-    assert state_matrix(without("K_hdot"), "heave_pitch").nrows() == 8  # 2 × (2 + 1 current) + 2 filters of 4
-    assert state_matrix(without("K_zdot", "tau_z"), "heave_pitch").nrows() == 8
+    assert closed_loop(without("K_hdot"), "heave_pitch").A.nrows() == 8  # 2 × (2 + 1 current) + 2 filters of 4
+    assert closed_loop(without("K_zdot", "tau_z"), "heave_pitch").A.nrows() == 8
     with pytest.raises(NotProved, match="a gap rate is taken without a filter"):
-        state_matrix(table_of(revenue.changed(lambda d: d["gains"].update(tau_h="0"))), "heave_pitch")
+        closed_loop(table_of(revenue.changed(lambda d: d["gains"].update(tau_h="0"))), "heave_pitch")
 
 
 def test_an_actuator_takes_its_signal_from_the_coils(hybrid):
@@ -77,8 +77,8 @@ def test_an_actuator_takes_its_signal_from_the_coils(hybrid):
 
 def test_the_whole_vehicle_has_the_poles_of_both_groups(revenue):
     table = table_of(revenue.document)
-    groups = [np.linalg.eigvals(floats(state_matrix(table, g))) for g in ("heave_pitch", "sway_roll_yaw")]
-    whole = np.linalg.eigvals(floats(state_matrix(table, "all")))
+    groups = [np.linalg.eigvals(floats(closed_loop(table, g).A)) for g in ("heave_pitch", "sway_roll_yaw")]
+    whole = np.linalg.eigvals(floats(closed_loop(table, "all").A))
     np.testing.assert_allclose(
         np.sort_complex(whole), np.sort_complex(np.concatenate(groups)), rtol=1e-6, atol=1e-6
     )  # near-triple poles of three equal filters: the cube root of rounding
@@ -101,8 +101,8 @@ def test_a_lopsided_plant_is_refused_by_group(revenue):
 def test_factors_of_one_give_the_printed_poles(revenue):
     table = table_of(revenue.document)
     one, printed = (
-        np.sort_complex(np.linalg.eigvals(floats(state_matrix(table, "sway_roll_yaw", theta))))
-        for theta in ((fmpq(1),) * 4, ())
+        np.sort_complex(np.linalg.eigvals(floats(closed_loop(table, "sway_roll_yaw", theta).A)))
+        for theta in (dict.fromkeys(("mass", "inertia", "current_force", "gap_force"), fmpq(1)), {})
     )
     np.testing.assert_allclose(one, printed, rtol=1e-8, atol=1e-8)  # near-double poles, as above
     assert factors({"inertia": fmpq(2), "roll_inertia": fmpq(3)})["roll_inertia"] == 6
@@ -123,7 +123,7 @@ def test_a_varied_loop_is_that_of_a_vehicle_with_those_inertias(revenue):
         "yaw_inertia": fmpq(105, 100),
     }  # fmt: skip
     for one in problem.with_vehicle(heavier).subjects:
-        ours = np.sort_complex(np.linalg.eigvals(floats(state_matrix(table, one.name, theta))))
+        ours = np.sort_complex(np.linalg.eigvals(floats(closed_loop(table, one.name, theta).A)))
         theirs = np.sort_complex(one.close(revenue.design.gains).poles())
         np.testing.assert_allclose(ours, theirs, rtol=1e-8, atol=1e-8)  # near-double poles, as above
 
@@ -135,7 +135,7 @@ def test_factors_mean_what_they_mean_for_a_varied_vehicle(revenue, values):
     problem, table = revenue.design.problem, table_of(revenue.document)
     theta = {name: fmpq(round(100 * value), 100) for name, value in values.items()}
     for one in problem.with_vehicle(varied(problem.vehicle, **values)).subjects:
-        ours = np.sort_complex(np.linalg.eigvals(floats(state_matrix(table, one.name, theta))))
+        ours = np.sort_complex(np.linalg.eigvals(floats(closed_loop(table, one.name, theta).A)))
         theirs = np.sort_complex(one.close(revenue.design.gains).poles())
         np.testing.assert_allclose(ours, theirs, rtol=1e-8, atol=1e-8)  # near-double poles, as above
 
@@ -143,15 +143,15 @@ def test_factors_mean_what_they_mean_for_a_varied_vehicle(revenue, values):
 def test_without_the_vehicle_behind_the_plant_no_factor_has_a_meaning(revenue):
     table = table_of(revenue.changed(lambda d: d["certificate"].update(physics=None)))
     with pytest.raises(NotProved, match="needs the vehicle behind the plant"):
-        state_matrix(table, "heave_pitch", {"mass": fmpq(11, 10)})
+        closed_loop(table, "heave_pitch", {"mass": fmpq(11, 10)})
 
 
 def test_an_unknown_factor_and_a_mass_that_vanishes_are_refused(revenue):
     table = table_of(revenue.document)
     with pytest.raises(NotProved, match="a box over 'wheels' is not known"):
-        state_matrix(table, "heave_pitch", {"wheels": fmpq(1)})
+        closed_loop(table, "heave_pitch", {"wheels": fmpq(1)})
     with pytest.raises(NotProved, match="must keep mass and inertias positive"):
-        state_matrix(table, "heave_pitch", {"mass": fmpq(0)})
+        closed_loop(table, "heave_pitch", {"mass": fmpq(0)})
 
 
 def test_the_seventeen_names_are_the_workbenchs():

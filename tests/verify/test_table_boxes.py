@@ -13,7 +13,7 @@ from workbench.handover.table.table import GainTable, digest_of
 from workbench.verify.check import verify_document
 from workbench.verify.exact.failure import NotProved
 from workbench.verify.family.polynomial import Box, interpolate
-from workbench.verify.vehicle.loop import state_matrix
+from workbench.verify.vehicle.loop import closed_loop
 from workbench.verify.vehicle.table import table_of
 from workbench.verify.vehicle.uncertain import UncertainLoop, interval_holds, worst_over_box
 
@@ -55,7 +55,7 @@ def test_the_enclosed_worst_damping_is_that_of_a_dense_grid(boxed, heave):
     worst = 1.0
     for m in range(90, 111, 2):
         for c in range(95, 106, 2):
-            A = state_matrix(table, "heave", {"mass": fmpq(m, 100), "current_force": fmpq(c, 100)})
+            A = closed_loop(table, "heave", {"mass": fmpq(m, 100), "current_force": fmpq(c, 100)}).A
             poles = np.linalg.eigvals([[float(x) for x in row] for row in A.tolist()])
             worst = min(worst, float((-poles.real / np.abs(poles)).min()))
     low, high = over_box(verify_document(boxed()))["damping ratio"].proved or (1.0, 0.0)

@@ -12,7 +12,7 @@ from workbench.handover.table.promise import with_schedule
 from workbench.handover.table.table import GainTable, digest_of
 from workbench.verify.check import verify_document
 from workbench.verify.exact.failure import TableError
-from workbench.verify.vehicle.loop import state_matrix
+from workbench.verify.vehicle.loop import closed_loop
 from workbench.verify.vehicle.scheduled import ScheduledLoop
 from workbench.verify.vehicle.table import table_of
 
@@ -71,7 +71,7 @@ def test_at_the_certificates_own_speed_the_rebuilt_loop_is_the_printed_one(sched
     loop = ScheduledLoop(table, "heave", {"speed": (fmpq(100), fmpq(134))})
     p = loop.poles.at((fmpq(134),))
     roots = np.roots([float(c) for c in reversed(p.coeffs())])
-    printed = np.linalg.eigvals([[float(x) for x in row] for row in state_matrix(table, "heave").tolist()])
+    printed = np.linalg.eigvals([[float(x) for x in row] for row in closed_loop(table, "heave").A.tolist()])
     # 1e-6: roots of a polynomial in doubles
     np.testing.assert_allclose(np.sort_complex(roots), np.sort_complex(printed), rtol=1e-6)
 

@@ -23,7 +23,7 @@ from workbench.lti.bilinear import in_w_plane, unwarped
 from workbench.lti.crossing import ScalarResponse
 from workbench.lti.delay import LinedSystem
 from workbench.lti.grid import seeds
-from workbench.lti.margin import LARGEST_GAIN_FACTOR, ChannelMargin, channel_margin, lags
+from workbench.lti.margin import ChannelMargin, channel_margin, lags
 from workbench.lti.measure import peak
 from workbench.lti.norm import Peak
 from workbench.lti.peak_ceiling import enclosure
@@ -251,17 +251,8 @@ def _delayed(loop: Loop, K: Controller, point: str) -> ChannelMargin:
         L = 1 / S(omega) - 1
         angles = list(zip((np.angle(-L) % (2 * math.pi)).tolist(), omega.tolist(), strict=True))
     direct = float(system.D[0, 0])
-    phase = min(((min(lag, 2 * math.pi - lag), w) for lag, w in angles), default=(math.inf, None))
-    delay = min(((lag / w, w) for lag, w in angles if w > 0), default=(math.inf, None))
-    if direct <= 0.5:  # |L(∞)| ≥ 1: any dead time is too long
-        delay = (0.0, math.inf)
     gains = _factors(S, _grid(S, grid[np.isfinite(grid)], float(loop.model.lined().dead_times.sum())))
-    up = min(((k, w) for k, w in gains if 1 < k <= LARGEST_GAIN_FACTOR), default=(math.inf, None))
-    down = max(((k, w) for k, w in gains if 1 / LARGEST_GAIN_FACTOR <= k < 1), default=(0.0, None))
-    return ChannelMargin(
-        channel=point, gain_up=up[0], gain_up_frequency=up[1], gain_down=down[0], gain_down_frequency=down[1],
-        phase=phase[0], phase_frequency=phase[1], delay=delay[0], delay_frequency=delay[1],
-    )  # fmt: skip
+    return ChannelMargin.of(point, gains, angles, strong=direct <= 0.5)
 
 
 def _grid(S, start: np.ndarray, longest: float) -> np.ndarray:

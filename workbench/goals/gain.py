@@ -20,7 +20,7 @@ from workbench.goals.signals import ChannelGoal, check_scale, check_weights
 from workbench.lti.end import first_terms, limit, over_steep, size_at_end
 from workbench.lti.join import difference, series
 from workbench.lti.peak_ceiling import Ceiling, enclosure, gain_ceiling
-from workbench.lti.realisation import Realisation
+from workbench.lti.realisation import Realisation, spectral
 from workbench.lti.weight import Filter, Profile, ProfileLike, WeightLike, filter_of, profile_of
 
 
@@ -156,7 +156,7 @@ class GainShape:
 
     def size(self, axis: Axis, T: np.ndarray) -> np.ndarray:
         """(k,)"""
-        return largest_singular(self._weighted(axis, T)) * self._factor(axis)
+        return spectral(self._weighted(axis, T)) * self._factor(axis)
 
     def pieces(self, axis: Axis, T: np.ndarray) -> list[Piece]:
         """One for each singular value near the largest: W = Lᴴ u vᴴ Wᴴ."""
@@ -235,12 +235,3 @@ class GainShape:
 
     def _label(self, out: np.ndarray, into: np.ndarray) -> str:
         return f"{self.inputs[int(np.argmax(np.abs(into)))]} → {self.outputs[int(np.argmax(np.abs(out)))]}"
-
-
-def largest_singular(M: np.ndarray) -> np.ndarray:
-    """σ_max (k,) of matrices (k, p, m); a row or column needs no decomposition."""
-    if 1 in M.shape[1:]:
-        return np.sqrt(np.sum(np.abs(M) ** 2, axis=(1, 2)))
-    finite = np.isfinite(M).all(axis=(1, 2))
-    sizes = np.linalg.svd(np.where(finite[:, None, None], M, 0), compute_uv=False)[:, 0]
-    return np.where(finite, sizes, np.inf)

@@ -16,14 +16,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.goals.gain import largest_singular
 from workbench.goals.goal import NEAR, Value, infinite, near, stability_reason
 from workbench.goals.peak import Axis, PeakMeasure
 from workbench.lti.bilinear import in_w_plane, unwarped
 from workbench.lti.grid import seeds
 from workbench.lti.norm import intervals_above, peak_gain, proposals
 from workbench.lti.peak_search import peaks
-from workbench.lti.realisation import EPS, Realisation, balanced, responder
+from workbench.lti.realisation import EPS, Realisation, balanced, responder, spectral
 
 if TYPE_CHECKING:
     from workbench.control.structure.block import Controller
@@ -141,14 +140,14 @@ class SectorMeasure:
                 return None
         answer, scattered = responder(*T), responder(*S)
         axis = np.abs(poles.imag[poles.real >= -len(poles) * EPS * np.linalg.norm(T.A, 2)])
-        return Scattering(T, S, answer, lambda omega: largest_singular(scattered(omega)), axis)
+        return Scattering(T, S, answer, lambda omega: spectral(scattered(omega)), axis)
 
     def _outside(self, found: Scattering) -> list[float]:
         """Frequencies where the form has the wrong sign by more than its rounding, one in each stretch at least."""
         low, high = self._band()
         omega = self._grid(found, "normal")
         inside = omega[(omega > 0) & np.isfinite(omega) & ~found.beside(omega)]
-        sizes = largest_singular(found.channel(inside))
+        sizes = spectral(found.channel(inside))
         sizes = sizes[(sizes > 0) & np.isfinite(sizes)]
         unit = float(np.exp(np.mean(np.log(sizes)))) if len(sizes) else 1.0
         S = self.peak.shape.in_units(found.T, unit) or found.S

@@ -17,15 +17,15 @@ from itertools import permutations
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.lti.margin import UNSTABLE, channel_margin
+from workbench.lti.grid import NEIGHBOURS
+from workbench.lti.margin import UNSTABLE, ChannelMargin, channel_margin
+from workbench.lti.modal import modal_responder
 from workbench.lti.norm import peak_gain
-from workbench.lti.realisation import checked, stable_poles
+from workbench.lti.realisation import Realisation, checked, stable_poles
 from workbench.result import Result, Row
 
 PER_DECADE = 40  # points of the grid on which loci are followed, between the resonances
-BESIDE = np.array(
-    [-8.0, -4.0, -2.0, -1.0, -0.5, 0.0, 0.5, 1.0, 2.0, 4.0, 8.0]
-)  # points at a resonance, in widths |Re p|
+BESIDE = NEIGHBOURS["normal"][0]  # points at a resonance, in widths |Re p|
 DECADES = 3  # beyond the slowest and the fastest pole, where loci are straight
 LARGEST = 6  # signals that share a factor; loci are matched by trying every order
 NOISE = 1e-10  # of a locus: what turns by less is rounding
@@ -91,24 +91,17 @@ def break_point(A, B, C, D, *, point: str) -> BreakPoint:
     if m == 1:
         one = channel_margin(A, B, C, D, channel=0, name=point)
         disk = 1 / peak_gain(A, B, C, D - 0.5).upper
-        return BreakPoint(
-            point=point, gain_up=one.gain_up if one.gain_up <= LARGEST_FACTOR else math.inf,
-            gain_down=one.gain_down if one.gain_down >= 1 / LARGEST_FACTOR else 0.0,
-            phase=one.phase, delay=one.delay, disk=disk,
-        )  # fmt: skip
-    poles = stable_poles(A, "the closed loop", UNSTABLE)
-    loci = _Loci(A, B, -C, np.eye(m) - D, _grid(poles))
-    factors = [(1 - 1 / value.real) for value in loci.crossings() if value.real != 0]
-    lags = loci.lags()
-    far = np.linalg.eigvals(np.eye(m) - D)
-    at_once = bool((np.abs(far) >= np.abs(1 - far)).any())  # |L(∞)| ≥ 1: any dead time turns it
+    else:
+        poles = stable_poles(A, "the closed loop", UNSTABLE)
+        loci = _Loci(Realisation(A, B, -C, np.eye(m) - D), _grid(poles))
+        far = np.linalg.eigvals(np.eye(m) - D)
+        strong = bool((np.abs(far) >= np.abs(1 - far)).any())  # |L(∞)| ≥ 1: any dead time turns it
+        one = ChannelMargin.of(point, loci.factors(), loci.lags(), strong=strong, largest=LARGEST_FACTOR)
+        disk = 1 / loci.largest(lambda z: np.abs(0.5 - z))
     return BreakPoint(
-        point=point,
-        gain_up=min((k for k in factors if 1 < k <= LARGEST_FACTOR), default=math.inf),
-        gain_down=max((k for k in factors if 1 / LARGEST_FACTOR <= k < 1), default=0.0),
-        phase=min((min(lag, 2 * math.pi - lag) for lag, _ in lags), default=math.inf),
-        delay=0.0 if at_once else min((lag / w for lag, w in lags if w > 0), default=math.inf),
-        disk=1 / loci.largest(lambda z: np.abs(0.5 - z)),
+        point=point, gain_up=one.gain_up if one.gain_up <= LARGEST_FACTOR else math.inf,
+        gain_down=one.gain_down if one.gain_down >= 1 / LARGEST_FACTOR else 0.0,
+        phase=one.phase, delay=one.delay, disk=disk,
     )  # fmt: skip
 
 
@@ -126,20 +119,10 @@ def _grid(poles: np.ndarray) -> np.ndarray:
 class _Loci:
     """The eigenvalues of T(jω), each followed along a grid."""
 
-    def __init__(self, A, B, C, D, omega: np.ndarray) -> None:
-        values, vectors = np.linalg.eig(A)
-        self._poles, self._in, self._out, self._D = values, np.linalg.solve(vectors, B), C @ vectors, D
-        if np.linalg.cond(vectors) > 1e10:  # near a defective pole: solve at every frequency instead
-            self._poles, self._A, self._B, self._C = np.zeros(0), A, B, C
-        self.omega = omega
+    def __init__(self, T: Realisation, omega: np.ndarray) -> None:
+        self._D, self.omega = T.D, omega
+        self.response, _ = modal_responder(T)  # (k, m, m) T(jω)
         self.values = self._followed(self.of(omega))
-
-    def response(self, omega: np.ndarray) -> np.ndarray:
-        """(k, m, m) T(jω)."""
-        if len(self._poles):
-            return (self._out / (1j * omega[:, None, None] - self._poles)) @ self._in + self._D
-        resolvent = 1j * omega[:, None, None] * np.eye(len(self._A)) - self._A
-        return self._C @ np.linalg.solve(resolvent, np.broadcast_to(self._B, (len(omega), *self._B.shape))) + self._D
 
     def of(self, omega: np.ndarray) -> np.ndarray:
         """(k, m) eigenvalues of T(jω), in no order."""
@@ -185,12 +168,12 @@ class _Loci:
                 found.append((float(w), self._at(w, int(k), int(locus))))
         return found
 
-    def crossings(self) -> list[complex]:
-        """λ where a locus crosses the real axis, and where it starts and ends on it."""
-        found = [value for _, value in self._roots(np.imag)]
-        for T in (self.response(np.zeros(1))[0].real, self._D):
-            found += [complex(v) for v in np.linalg.eigvals(T) if abs(v.imag) <= 1e-9 * abs(v)]
-        return found
+    def factors(self) -> list[tuple[float, float]]:
+        """1 − 1/λ where a locus crosses the real axis, and where it starts and ends on it, with the frequencies."""
+        found = self._roots(np.imag)
+        for omega, T in ((0.0, self.response(np.zeros(1))[0].real), (math.inf, self._D)):
+            found += [(omega, complex(v)) for v in np.linalg.eigvals(T) if abs(v.imag) <= 1e-9 * abs(v)]
+        return [(1 - 1 / value.real, omega) for omega, value in found if value.real != 0]
 
     def lags(self) -> list[tuple[float, float]]:
         """(rotation in (0, 2π), ω) where |L| = 1, that is Re λ = ½."""

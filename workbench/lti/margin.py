@@ -1,7 +1,7 @@
 """How much a feedback loop bears: gain, phase and delay margins channel by channel, peaks of S and T.
 
     loop L --sensitivity--> S = (I + L)⁻¹ --margins--> per channel, over all frequencies: gain up and down, phase, delay
-                                          --peak_sensitivity--> sup σ_max(S), also on given patterns
+                                                        sup σ_max(S) and sup σ_max(T)
 
 Negative feedback: u = −y around y = L u. A channel is broken with the others closed: its loop is L_i = 1/S_ii − 1. Only
 the stable S is ever evaluated, so undamped or unstable plants are no special case. The frequencies where L_i is real,
@@ -10,7 +10,7 @@ closed loop is refused: the usual formulas go on to print margins for it that me
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,6 +26,7 @@ from workbench.result import Result, Row, figure
 LARGEST_GAIN_FACTOR = 1e9
 ROUNDING = 64 * EPS  # of T(0), beside 1/2
 BESIDE_REST = 1e-6  # of the slowest pole: T differs there from T(0) by 1e-12
+Pairs = Sequence[tuple[float, float]]  # a factor or a lag [rad], and its frequency [rad/s]
 UNSTABLE = "Margins of an unstable loop mean nothing; stabilise it first."
 
 
@@ -45,6 +46,24 @@ class ChannelMargin(Result):
     phase_frequency: float | None  # [rad/s]
     delay: float  # smallest dead time that does [s]; 0 if |L_i(∞)| ≥ 1, since then any delay does
     delay_frequency: float | None  # [rad/s]
+
+    @classmethod
+    def of(
+        cls, channel: str, factors: Pairs, lags: Pairs, *, strong: bool, largest: float = LARGEST_GAIN_FACTOR
+    ) -> "ChannelMargin":
+        """The nearest of all factors and of all lags in (0, 2π) that put a pole on the axis, each with its frequency.
+
+        strong : whether |L_i| is 1 or more at all high frequencies;  largest : factor beyond which none counts
+        """
+        up = min(((k, w) for k, w in factors if 1 < k <= largest), default=(math.inf, None))
+        down = max(((k, w) for k, w in factors if 1 / largest <= k < 1), default=(0.0, None))
+        phase = min(((min(lag, 2 * math.pi - lag), w) for lag, w in lags), default=(math.inf, None))
+        delay = min(((lag / w, w) for lag, w in lags if w > 0), default=(math.inf, None))
+        delay = (0.0, math.inf) if strong else delay
+        return cls(
+            channel=channel, gain_up=up[0], gain_up_frequency=up[1], gain_down=down[0], gain_down_frequency=down[1],
+            phase=phase[0], phase_frequency=phase[1], delay=delay[0], delay_frequency=delay[1],
+        )  # fmt: skip
 
     def rows(self) -> list[Row]:
         """The four margins."""
@@ -154,35 +173,6 @@ def complementary(A, B, C, D) -> Realisation:
     return Realisation(A, B, -C, np.eye(len(_square(D, "the sensitivity"))) - D)
 
 
-def peak_sensitivity(A, B, C, D, patterns: Mapping[str, np.ndarray]) -> dict[str, Peak]:
-    """The largest gain of U'SU for each set of orthonormal patterns U.
-
-    Parameters
-    ----------
-    A, B, C, D : realisation of S, as `sensitivity` returns it
-    patterns : name → (m, k)
-        Orthonormal columns.
-
-    Returns
-    -------
-    dict of Peak
-
-    Raises
-    ------
-    InputError
-        If the closed loop is not stable or patterns are not orthonormal columns of length m.
-    """
-    A, B, C, D = checked(A, B, C, D)
-    peaks = {}
-    for name, U in patterns.items():
-        U = np.asarray(U, dtype=float)
-        # 1e-9: patterns written in decimals or as ±1/2; a wrong length or sign is off by far more
-        if U.ndim != 2 or len(U) != len(D) or not np.allclose(U.T @ U, np.eye(U.shape[1]), rtol=0, atol=1e-9):
-            raise InputError(f"pattern {name!r} must have orthonormal columns of length {len(D)}; got shape {U.shape}.")
-        peaks[name] = peak_gain(A, B @ U, U.T @ C, U.T @ D @ U)
-    return peaks
-
-
 def channel_margin(A, B, C, D, *, channel: int, name: str | None = None) -> ChannelMargin:
     """Margins of one channel of a closed loop given by its sensitivity, the other channels closed.
 
@@ -216,26 +206,8 @@ def channel_margin(A, B, C, D, *, channel: int, name: str | None = None) -> Chan
         )
     one = slice(channel, channel + 1)
     T = ScalarResponse(*balanced(A, B[:, one], -C[one], np.array([[1 - direct]])))
-    gains = gain_factors(T)
-    up = min(((k, w) for k, w in gains if 1 < k <= LARGEST_GAIN_FACTOR), default=(math.inf, None))
-    down = max(((k, w) for k, w in gains if 1 / LARGEST_GAIN_FACTOR <= k < 1), default=(0.0, None))
-    angles = lags(T)
-    phase = min(((min(lag, 2 * math.pi - lag), w) for lag, w in angles), default=(math.inf, None))
-    if abs(1 / direct - 1) >= 1 - ROUNDING:
-        delay = (0.0, math.inf)
-    else:
-        delay = min(((lag / w, w) for lag, w in angles if w > 0), default=(math.inf, None))
-    return ChannelMargin(
-        channel=str(channel + 1) if name is None else name,
-        gain_up=up[0],
-        gain_up_frequency=up[1],
-        gain_down=down[0],
-        gain_down_frequency=down[1],
-        phase=phase[0],
-        phase_frequency=phase[1],
-        delay=delay[0],
-        delay_frequency=delay[1],
-    )
+    strong = abs(1 / direct - 1) >= 1 - ROUNDING  # |L_i(∞)| ≥ 1
+    return ChannelMargin.of(str(channel + 1) if name is None else name, gain_factors(T), lags(T), strong=strong)
 
 
 def _square(D: np.ndarray, what: str) -> np.ndarray:

@@ -11,6 +11,7 @@ import math
 import numpy as np
 
 from workbench.lti.modal import WORST_VECTORS, modes
+from workbench.lti.realisation import spectral
 
 REFINED = 1e-12  # relative width of the frequency bracket at which a peak is found
 LEFT = 3e-9  # relative gain still expected there, by the secant of the slope
@@ -19,17 +20,10 @@ BELOW = 1e-3  # share of a lower peak's distance from the highest that is good e
 STEPS = 30  # of the refinement; five are typical
 
 
-def _largest(G: np.ndarray) -> np.ndarray:
-    """σ_max (k,) of matrices (k, p, m)."""
-    if 1 in G.shape[1:]:
-        return np.sqrt(np.sum(G.real**2 + G.imag**2, axis=(1, 2)))
-    return np.linalg.svd(G, compute_uv=False)[:, 0]
-
-
 def _leading(G: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """(u (k, p), σ_max (k,), v (k, m)) of matrices (k, p, m), G v = σ u."""
     if 1 in G.shape[1:]:
-        sigma = _largest(G)
+        sigma = spectral(G)
         flat = G.reshape(len(G), -1) / np.where(sigma > 0, sigma, 1.0)[:, None]
         one = np.ones((len(G), 1))
         return (flat, sigma, one) if G.shape[2] == 1 else (one, sigma, flat.conj())
@@ -75,7 +69,7 @@ class GainCurve:
 
     def largest(self, omega: np.ndarray) -> np.ndarray:
         """σ_max (k,) at finite frequencies (k,)."""
-        return _largest(self._D + self._response(omega))
+        return spectral(self._D + self._response(omega))
 
     def _states(self, omega: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """((jω − A)⁻¹B, jω − A), each (k, …), by linear solves."""

@@ -16,9 +16,9 @@ import numpy as np
 
 from workbench.lti.cycle import perron
 from workbench.lti.join import difference
-from workbench.lti.peak_jet import Enclosure, Jet, spectral
+from workbench.lti.peak_jet import Enclosure, Jet
 from workbench.lti.peak_profile import factor, rise, top, top_beyond
-from workbench.lti.realisation import Realisation
+from workbench.lti.realisation import Realisation, spectral
 from workbench.lti.weight import Filter, Profile
 
 VANISHES = 1e-10  # of its largest size: a response at rest this small is rounding

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from workbench.lti.cycle import inverses, perron
-from workbench.lti.realisation import balanced
+from workbench.lti.realisation import balanced, spectral
 
 HALF = 0.5  # spectral radius up to which a resolvent is bounded on an interval: its bound is then at most doubled
 
@@ -90,13 +90,6 @@ class Jet(NamedTuple):
         return Jet(
             np.where(clean, inverse, 0), np.where(clean, slope, 0), np.where(np.isnan(bend), np.inf, bend), self.radius
         )
-
-
-def spectral(M: np.ndarray) -> np.ndarray:
-    """Spectral norms (k,) of matrices (k, p, m)."""
-    if 1 in M.shape[1:]:
-        return np.sqrt(np.sum(np.abs(M) ** 2, axis=(1, 2)))
-    return np.linalg.norm(M, 2, axis=(1, 2))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

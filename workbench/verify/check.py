@@ -12,15 +12,14 @@ import math
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from pathlib import Path
-from time import perf_counter
 from typing import Any
 
 from flint import fmpq
 
-from workbench.verify.exact.deadline import OutOfTime, check, within
+from workbench.verify.exact.deadline import OutOfTime, within
 from workbench.verify.exact.failure import NotProved, TableError
 from workbench.verify.exact.pole import boundary_kept
-from workbench.verify.finding import Finding, Report, outward
+from workbench.verify.finding import Finding, Report, attempted, digest_faults, outward
 from workbench.verify.plant.check import checked
 from workbench.verify.reading import digest_of, read_document
 from workbench.verify.vehicle import tie
@@ -76,12 +75,7 @@ def _checked(document: Mapping[str, Any], on_promise: Callable[[Finding], None] 
         findings.append(_found(prover, promise))
         if on_promise:
             on_promise(findings[-1])
-    faults = []
-    if digest != table.digest:
-        faults.append(
-            f"the digest must be the SHA-256 of the content; the table says {table.digest[:12]}…, the content gives "
-            f"{digest[:12]}…: it was changed after it was signed"
-        )
+    faults = digest_faults(table.digest, digest)
     follows = _plant_follows(table, faults)
     coupling = math.nan
     statements = Statements(prover)
@@ -95,17 +89,9 @@ def _checked(document: Mapping[str, Any], on_promise: Callable[[Finding], None] 
         _state(statements, findings, faults)
     faults += _doubled(table) + _misplaced(table) + _unpromised(table)
     return Report(
-        table.problem,
-        digest,
-        digest == table.digest,
-        follows,
-        coupling,
-        tuple(findings),
-        tuple(faults),
-        table.undecided,
-        tuple(_not_promised(table)),
-        tuple(statements.unproved),
-    )
+        table.problem, digest, digest == table.digest, follows, coupling, tuple(findings), tuple(faults),
+        table.undecided, tuple(_not_promised(table)), tuple(statements.unproved),
+    )  # fmt: skip
 
 
 def _state(statements: Statements, findings: list[Finding], faults: list[str]) -> None:
@@ -231,27 +217,21 @@ def _speeds_not_promised(table: Table) -> list[str]:
 
 def _found(prover: Prover, promise: Promise) -> Finding:
     """One promise proved again."""
-    start = perf_counter()
     proved: tuple[float, float] | None = None
-    method, decided = "", True
-    try:
-        check()
+    method = ""
+
+    def prove() -> str:
+        nonlocal proved, method
         low, high, method = _proved(prover, promise)
         proved = outward(low, high)
-        reason = _fault(promise, low, high, lambda: _exactly_kept(prover, promise))
-    except OutOfTime as error:
-        reason, decided = f"is undecided: {error}", False
-    except NotProved as error:
-        reason = f"is not proved: {error}"
-    except (ZeroDivisionError, ValueError, OverflowError) as error:
-        if isinstance(error, TableError):
-            raise
-        reason = f"is not proved: the numbers leave no room for a proof ({error})"
+        return _fault(promise, low, high, lambda: _exactly_kept(prover, promise))
+
+    outcome = attempted(prove)
     return Finding(
         name=promise.name, sense=promise.sense, limit=float(promise.limit),
         claimed=(float(promise.low), float(promise.high)), proved=proved, method=method,
-        box={k: (float(a), float(b)) for k, (a, b) in promise.box.items()}, holds=not reason, reason=reason,
-        seconds=perf_counter() - start, decided=decided,
+        box={k: (float(a), float(b)) for k, (a, b) in promise.box.items()}, holds=not outcome.reason,
+        reason=outcome.reason, seconds=outcome.seconds, decided=outcome.decided,
     )  # fmt: skip
 
 

@@ -4,11 +4,14 @@ A promise holds if it is proved; proved otherwise it fails; without a proof it i
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from time import perf_counter
 
 from flint import fmpq
 
+from workbench.verify.exact.deadline import OutOfTime, check
+from workbench.verify.exact.failure import NotProved, TableError
 from workbench.verify.vehicle.table import Undecided
 
 
@@ -67,6 +70,42 @@ class Report:
         return not self.faults
 
 
+@dataclass(frozen=True, slots=True)
+class Attempt:
+    """What an attempt to prove something came to: why it does not hold, or nothing; whether it was decided; seconds."""
+
+    reason: str
+    decided: bool
+    seconds: float
+
+
+def attempted(prove: Callable[[], str]) -> Attempt:
+    """Runs a proof, which answers why the promise does not hold; what ends it early is a reason too."""
+    begun, decided = perf_counter(), True
+    try:
+        check()
+        reason = prove()
+    except OutOfTime as error:
+        reason, decided = f"is undecided: {error}", False
+    except NotProved as error:
+        reason = f"is not proved: {error}"
+    except (ZeroDivisionError, ValueError, OverflowError) as error:
+        if isinstance(error, TableError):
+            raise
+        reason = f"is not proved: the numbers leave no room for a proof ({error})"
+    return Attempt(reason, decided, perf_counter() - begun)
+
+
+def digest_faults(stated: str, digest: str) -> list[str]:
+    """What a digest that is not the content's says."""
+    if stated == digest:
+        return []
+    return [
+        f"the digest must be the SHA-256 of the content; the table says {stated[:12]}…, the content gives "
+        f"{digest[:12]}…: it was changed after it was signed"
+    ]
+
+
 def outward(low: fmpq, high: fmpq) -> tuple[float, float]:
     """The narrowest two doubles with the interval between them."""
     below, above = float(low), float(high)
@@ -75,6 +114,3 @@ def outward(low: fmpq, high: fmpq) -> tuple[float, float]:
     while fmpq(*above.as_integer_ratio()) < high:
         above = math.nextafter(above, math.inf)
     return below, above
-
-
-__all__ = ["Finding", "Report", "Undecided", "outward"]

@@ -9,11 +9,12 @@ destabilises: the margin is 0.
 
 from collections.abc import Sequence
 
-from flint import acb, arb, ctx, fmpq_poly
+from flint import acb, arb, arb_poly, ctx, fmpq_poly
 
 from workbench.verify.exact.failure import NotProved
 from workbench.verify.exact.pole import isolated_roots, smallest
-from workbench.verify.exact.sensitivity import numerators, real_and_imaginary
+from workbench.verify.exact.polynomial import real_and_imaginary, size_squared
+from workbench.verify.exact.sensitivity import numerators
 from workbench.verify.exact.system import System
 
 PRECISION = 192  # bits; roots are isolated to this, and a phase loses less than half of them
@@ -33,14 +34,11 @@ def smallest_delay_margin(margins: Sequence[arb | None]) -> arb | None:
 
 
 def _margin(p: fmpq_poly, N: fmpq_poly) -> arb | None:
-    loop = p - N
-    top, bottom = real_and_imaginary(loop), real_and_imaginary(N)
-    x = fmpq_poly([0, 1])
-    squares = [even * even + x * odd * odd for even, odd in (top, bottom)]
-    difference = squares[0] - squares[1]
+    loop, below = p - N, size_squared(N)
+    difference = size_squared(loop) - below
     if difference == 0:
         raise NotProved("the loop gain of a pattern is 1 at every frequency")
-    highest = squares[1].degree()
+    highest = below.degree()
     if difference.degree() > highest or difference[highest] >= 0:
         return arb(0)
     with ctx.workprec(PRECISION):
@@ -49,24 +47,17 @@ def _margin(p: fmpq_poly, N: fmpq_poly) -> arb | None:
             if root.imag.is_zero() and not root.real < 0 and not root.real.is_zero():
                 if not root.real > 0:
                     raise NotProved("a crossover of a pattern cannot be told from zero frequency")
-                found.append(_delay(top, bottom, root.real))
+                found.append(_delay(loop, N, root.real))
         return smallest(found) if found else None
 
 
-def _delay(top, bottom, x: arb) -> arb:
-    """φ/ω at one crossover."""
+def _delay(top: fmpq_poly, bottom: fmpq_poly, x: arb) -> arb:
+    """φ/ω at one crossover of the loop top/bottom."""
     omega = x.sqrt()
-    one, other = (acb(_value(even, x), omega * _value(odd, x)) for even, odd in (top, bottom))
+    parts = [[arb_poly(half)(x) for half in real_and_imaginary(p)] for p in (top, bottom)]
+    one, other = (acb(even, omega * odd) for even, odd in parts)
     turned = -one / other
     angle = turned.arg()
     if not (angle > 0 or angle < 0):  # zero, or a ball across the argument's cut
         raise NotProved("the phase at a crossover cannot be told from the critical one")
     return (angle if angle > 0 else angle + 2 * arb.pi()) / omega
-
-
-def _value(p: fmpq_poly, x: arb) -> arb:
-    """A rational polynomial at a ball (Horner)."""
-    value = arb(0)
-    for c in reversed(p.coeffs()):
-        value = value * x + arb(c)
-    return value

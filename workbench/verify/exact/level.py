@@ -15,6 +15,7 @@ from flint import acb, acb_mat, acb_series, arb, ctx, fmpq
 
 from workbench.verify.exact.deadline import check
 from workbench.verify.exact.failure import NotProved
+from workbench.verify.exact.polynomial import determinant
 from workbench.verify.exact.quasi import DEEPEST, FURTHEST, PRECISION, Balls, Quasi
 
 BALANCINGS = 12
@@ -127,7 +128,7 @@ class Levels:
     def _no_crossing(self, square: arb, G: acb_mat, weights: Sequence[arb], a: fmpq, b: fmpq) -> bool:
         """Whether det G keeps from zero on the interval, G being its value in the middle."""
         P, N = self._jets(a, b)
-        slope = _determinant(_series_gram(square, P, N, weights))[1].real
+        slope = determinant(_series_gram(square, P, N, weights))[1].real
         return bool(G.det().real + slope * arb(0, 1) * arb((b - a) / 2) > 0)
 
 
@@ -163,16 +164,6 @@ def _series_gram(square: arb, P, N, d) -> list[list[acb_series]]:
 def _conjugate(q: acb_series) -> acb_series:
     """At real ω."""
     return acb_series([q[0].conjugate(), q[1].conjugate()], 2)
-
-
-def _determinant(rows: list[list[acb_series]]) -> acb_series:
-    if len(rows) == 1:
-        return rows[0][0]
-    total = acb_series([0], 2)
-    for j, entry in enumerate(rows[0]):
-        term = entry * _determinant([row[:j] + row[j + 1 :] for row in rows[1:]])
-        total = total - term if j % 2 else total + term
-    return total
 
 
 def _definite(G: acb_mat) -> bool | None:

@@ -13,6 +13,7 @@ from flint import acb, arb, ctx, fmpq, fmpq_mat, fmpq_poly
 
 from workbench.verify.exact.deadline import check
 from workbench.verify.exact.failure import NotProved
+from workbench.verify.exact.polynomial import powers_of_the_ray, real_and_imaginary
 
 PRECISION = 128  # bits; the discs come out 1e-30 wide, forty thousand million times below what is promised
 
@@ -82,19 +83,14 @@ def boundary_kept(A: fmpq_mat, limit: fmpq, *, ray: bool) -> bool:
 def _on_boundary(p: fmpq_poly, limit: fmpq, ray: bool) -> int:
     """How many roots lie on Re s = −σ, or on both rays s = r (−ζ ± j √(1 − ζ²)), r > 0."""
     if ray:
-        t, u = [fmpq(1), -limit], [fmpq(0), fmpq(1)]
-        for _ in range(2, p.degree() + 1):
-            t.append(-2 * limit * t[-1] - t[-2])
-            u.append(-2 * limit * u[-1] - u[-2])
-        real, imaginary = (fmpq_poly([c * k for c, k in zip(p.coeffs(), q, strict=False)]) for q in (t, u))
-        common = real.gcd(imaginary)
+        ray_powers = powers_of_the_ray(limit, p.degree())
+        real, other = (fmpq_poly([c * k for c, k in zip(p.coeffs(), q, strict=True)]) for q in ray_powers)
         on_real_axis = 0
     else:
-        c = p(fmpq_poly([-limit, 1])).coeffs()
-        on_real_axis = int(c[0] == 0)
-        even = fmpq_poly([v * (-1) ** k for k, v in enumerate(c[0::2])])
-        odd = fmpq_poly([v * (-1) ** k for k, v in enumerate(c[1::2])])
-        common = even.gcd(odd)
+        moved = p(fmpq_poly([-limit, 1]))
+        real, other = real_and_imaginary(moved)
+        on_real_axis = int(moved[0] == 0)
+    common = real.gcd(other)
     with ctx.workprec(PRECISION):
         return on_real_axis + 2 * sum(bool(r.imag.is_zero() and r.real > 0) for r in isolated_roots(common))
 

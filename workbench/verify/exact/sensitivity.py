@@ -16,6 +16,7 @@ from flint import fmpq, fmpq_poly
 
 from workbench.verify.exact.deadline import check
 from workbench.verify.exact.failure import NotProved
+from workbench.verify.exact.polynomial import determinant, size_squared
 from workbench.verify.exact.system import System, part
 
 WIDTH = fmpq(1, 10**9)  # relative; of the bracket a table promises
@@ -133,7 +134,7 @@ def _below(shares: Sequence[fmpq], level: fmpq) -> bool:
 def squared_minors(p: fmpq_poly, N: list[list[fmpq_poly]], lengths: Sequence[fmpq]) -> list[fmpq_poly]:
     """Coefficients of (−1)^k γ^{2(m−k)} in F, as polynomials in x = ω²: |p|², then sums of |minors of order k|²."""
     m = len(lengths)
-    out = [_square(p)]
+    out = [size_squared(p)]
     for k in range(1, m + 1):
         total = fmpq_poly([0])
         for rows in combinations(range(m), k):
@@ -142,7 +143,7 @@ def squared_minors(p: fmpq_poly, N: list[list[fmpq_poly]], lengths: Sequence[fmp
                 weight = fmpq(1)
                 for i, j in zip(rows, columns, strict=True):
                     weight *= lengths[i] / lengths[j]
-                total += _square(_minor(N, p, rows, columns)) * weight
+                total += size_squared(_minor(N, p, rows, columns)) * weight
         out.append(-total if k % 2 else total)
     return out
 
@@ -165,35 +166,12 @@ def principal_minor(N: list[list[fmpq_poly]], p: fmpq_poly, which: Sequence[int]
 
 def _minor(N, p: fmpq_poly, rows: Sequence[int], columns: Sequence[int]) -> fmpq_poly:
     """det N[rows, columns] / p^(k − 1), which is a polynomial."""
-    minor = _determinant([[N[i][j] for j in columns] for i in rows])
+    minor = determinant([[N[i][j] for j in columns] for i in rows])
     for _ in rows[1:]:
         minor, left = divmod(minor, p)
         if left != 0:
             raise NotProved("a minor of the sensitivity is not what its realisation says")  # cannot be; checked anyway
     return minor
-
-
-def _determinant(entries: list[list[fmpq_poly]]) -> fmpq_poly:
-    if len(entries) == 1:
-        return entries[0][0]
-    total = fmpq_poly([0])
-    for j, entry in enumerate(entries[0]):
-        smaller = _determinant([row[:j] + row[j + 1 :] for row in entries[1:]])
-        total += -entry * smaller if j % 2 else entry * smaller
-    return total
-
-
-def _square(p: fmpq_poly) -> fmpq_poly:
-    """|p(jω)|² in x = ω²."""
-    even = fmpq_poly([c * (-1) ** k for k, c in enumerate(p.coeffs()[0::2])])
-    odd = fmpq_poly([c * (-1) ** k for k, c in enumerate(p.coeffs()[1::2])])
-    return even * even + fmpq_poly([0, 1]) * odd * odd
-
-
-def real_and_imaginary(p: fmpq_poly) -> tuple[fmpq_poly, fmpq_poly]:
-    """Re p(jω) in x = ω², and Im p(jω)/ω."""
-    even = fmpq_poly([c * (-1) ** k for k, c in enumerate(p.coeffs()[0::2])])
-    return even, fmpq_poly([c * (-1) ** k for k, c in enumerate(p.coeffs()[1::2])])
 
 
 def roots_from_zero(p: fmpq_poly) -> int:

@@ -13,12 +13,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
-from flint import acb, arb, ctx, fmpq, fmpq_poly
+from flint import acb, acb_poly, arb, arb_poly, ctx, fmpq, fmpq_poly
 
 from workbench.verify.exact.deadline import check
 from workbench.verify.exact.delay import PRECISION
 from workbench.verify.exact.failure import NotProved
 from workbench.verify.exact.pole import isolated_roots, smallest
+from workbench.verify.exact.polynomial import determinant
 from workbench.verify.exact.sensitivity import numerators, principal_minor
 from workbench.verify.exact.system import System
 
@@ -45,7 +46,7 @@ class Complex:
 
     def at(self, omega: arb) -> acb:
         """Its value."""
-        return acb(_value(self.real, omega), _value(self.imag, omega))
+        return acb(arb_poly(self.real)(omega), arb_poly(self.imag)(omega))
 
 
 NOTHING = Complex(fmpq_poly([0]), fmpq_poly([0]))
@@ -113,17 +114,7 @@ def _schur_cohn(a: Sequence[Complex]) -> fmpq_poly:
             for k in range(min(i, j) + 1):
                 total = total + a[i - k] * a[j - k].conjugate() - a[m - i + k].conjugate() * a[m - j + k]
             entries[i][j] = total
-    return _determinant(entries).real
-
-
-def _determinant(rows: list[list[Complex]]) -> Complex:
-    if len(rows) == 1:
-        return rows[0][0]
-    total = NOTHING
-    for j, entry in enumerate(rows[0]):
-        term = entry * _determinant([row[:j] + row[j + 1 :] for row in rows[1:]])
-        total = total - term if j % 2 else total + term
-    return total
+    return determinant(entries).real
 
 
 def _delays(a: Sequence[Complex], omega: arb) -> list[arb]:
@@ -147,7 +138,7 @@ def _roots(c: Sequence[acb]) -> list[acb]:
     if len(c) == 2:
         return [-c[0] / c[1]]
     middle = [acb(v.mid()) for v in c]
-    scale = [v / middle[-1] for v in middle]
+    scale = acb_poly([v / middle[-1] for v in middle])
     n = len(c) - 1
     z = [acb("0.4", "0.9") ** k for k in range(n)]
     for _ in range(200):  # Durand and Kerner, then proved
@@ -160,14 +151,13 @@ def _roots(c: Sequence[acb]) -> list[acb]:
                     below *= one - other
             if not abs(below) > 0:
                 raise NotProved("two delays at a crossover of all commands cannot be told apart")
-            step.append(_horner(scale, one) / below)
+            step.append(scale(one) / below)
         z = [acb((one - s).mid()) for one, s in zip(z, step, strict=True)]
         if all(abs(s) < arb(2) ** (-PRECISION // 2) for s in step):
             break
-    discs = []
+    discs, whole = [], acb_poly(list(c))
     for one in z:
-        slope = _horner([c[k] * k for k in range(1, n + 1)], one)
-        radius = n * abs(_horner(c, one) / slope)
+        radius = n * abs(whole(one) / whole.derivative()(one))
         if not radius.is_finite():
             raise NotProved("two delays at a crossover of all commands cannot be told apart")
         ball = arb(0, radius.upper())
@@ -175,17 +165,3 @@ def _roots(c: Sequence[acb]) -> list[acb]:
     if any(one.overlaps(other) for one, other in combinations(discs, 2)):
         raise NotProved("two delays at a crossover of all commands cannot be told apart")
     return discs
-
-
-def _horner(c: Sequence[acb], z: acb) -> acb:
-    total = acb(0)
-    for v in reversed(c):
-        total = total * z + v
-    return total
-
-
-def _value(p: fmpq_poly, x: arb) -> arb:
-    total = arb(0)
-    for v in reversed(p.coeffs()):
-        total = total * x + arb(v)
-    return total

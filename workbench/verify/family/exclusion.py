@@ -17,6 +17,7 @@ from math import atan2, comb, cos, hypot, pi, sin
 
 from flint import acb, arb, ctx, fmpq, fmpq_poly
 
+from workbench.verify.exact.polynomial import powers_of_the_ray
 from workbench.verify.family.form import Form
 from workbench.verify.family.lanes import BIAS, WEIGHT, marked
 from workbench.verify.family.polynomial import Family
@@ -47,7 +48,7 @@ def ray_factors(family: Family, zeta: fmpq) -> tuple[list[fmpq], list[fmpq]]:
     step = fmpq(2) ** frequency_exponent(family.at(family.box.centre))
     scale = [step**k / comb(family.order, k) for k in range(family.order + 1)]
     real, imaginary = (
-        [p * s for p, s in zip(part, scale, strict=True)] for part in _powers_of_the_ray(zeta, family.order)
+        [p * s for p, s in zip(part, scale, strict=True)] for part in powers_of_the_ray(zeta, family.order)
     )
     return real, imaginary
 
@@ -55,15 +56,6 @@ def ray_factors(family: Family, zeta: fmpq) -> tuple[list[fmpq], list[fmpq]]:
 def along(family: Family, factors: Sequence[fmpq]) -> list[fmpq]:
     """The family's coefficients, those of s^k times the k-th factor."""
     return [c * factors[k % (family.order + 1)] for k, c in enumerate(family.coefficients)]
-
-
-def _powers_of_the_ray(zeta: fmpq, order: int) -> tuple[list[fmpq], list[fmpq]]:
-    """T_k(-ζ) and U_{k-1}(-ζ) for k = 0 … order."""
-    t, u = [fmpq(1), -zeta], [fmpq(0), fmpq(1)]
-    for _ in range(2, order + 1):
-        t.append(-2 * zeta * t[-1] - t[-2])
-        u.append(-2 * zeta * u[-1] - u[-2])
-    return t[: order + 1], u[: order + 1]
 
 
 def separated(forms: Sequence[Form], direction: Sequence[int]) -> list[list[int]] | None:

@@ -16,6 +16,7 @@ from math import comb, inf, prod, sqrt
 
 from flint import arb, fmpq, fmpq_mat, fmpq_poly, fmpz, fmpz_poly
 
+from workbench.verify.exact.polynomial import size_squared
 from workbench.verify.family.exclusion import frequency_exponent
 from workbench.verify.family.form import Form
 from workbench.verify.family.lanes import VALUE
@@ -187,7 +188,7 @@ def peak_at(family: SensitivityFamily, theta: Sequence[object]) -> tuple[arb, fl
     tall = NEARLY * max(sampled)
     tops = [k for k, v in enumerate(sampled) if v >= tall and v == max(sampled[max(k - 1, 0) : k + 2])]
     omega = max((_climbed(value, grid[max(k - 1, 0)], grid[min(k + 1, GRID)]) for k in tops), key=value)
-    p, *parts, last = (_size_squared(q, rational(omega)) for q in every)
+    p, *parts, last = (size_squared(q)(rational(omega) ** 2) for q in every)
     if family.single:
         peak = arb(last / p).sqrt()
     else:
@@ -202,14 +203,6 @@ def _climbed(value: Callable[[float], float], low: float, high: float) -> float:
         a, b = low + (high - low) / 3, high - (high - low) / 3
         low, high = (low, b) if value(a) >= value(b) else (a, high)
     return (low + high) / 2
-
-
-def _size_squared(q: fmpq_poly, omega: fmpq) -> fmpq:
-    """|q(jω)|², exact."""
-    signed = [c * (-1) ** (k // 2) for k, c in enumerate(q.coeffs())]
-    even, odd = fmpq_poly(signed[::2]), fmpq_poly(signed[1::2])
-    y = omega * omega
-    return even(y) ** 2 + y * odd(y) ** 2
 
 
 def _horner(coefficients: Sequence[float], s: complex) -> complex:

@@ -8,14 +8,13 @@ nobody; a requirement without a promise is listed as not promised.
 
 import math
 from collections.abc import Callable, Mapping
-from time import perf_counter
 from typing import Any
 
 from flint import fmpq
 
-from workbench.verify.exact.deadline import OutOfTime, check, within
+from workbench.verify.exact.deadline import within
 from workbench.verify.exact.failure import NotProved, TableError
-from workbench.verify.finding import Finding, Report, Undecided, outward
+from workbench.verify.finding import Finding, Report, Undecided, attempted, digest_faults, outward
 from workbench.verify.plant.loop import Loop
 from workbench.verify.plant.table import Promise, Table, table_of
 from workbench.verify.promises import proofs
@@ -31,12 +30,7 @@ def checked(document: Mapping[str, Any], on_promise: Callable[[Finding], None] |
     """The report on a table of version 2; on_promise is told each finding as it comes."""
     digest, table = digest_of(dict(document)), table_of(document)
     findings = _findings(table, on_promise)
-    faults = [f"{f.name!r} {f.reason}" for f in findings if not f.holds]
-    if digest != table.digest:
-        faults.insert(0,
-            f"the digest must be the SHA-256 of the content; the table says {table.digest[:12]}…, the content gives "
-            f"{digest[:12]}…: it was changed after it was signed"
-        )  # fmt: skip
+    faults = digest_faults(table.digest, digest) + [f"{f.name!r} {f.reason}" for f in findings if not f.holds]
     if not table.promises:
         faults.append("the table promises nothing")
     if not any(p.kind == "stability" and not p.subject.openings and _covers(p, table) for p in table.promises):
@@ -75,12 +69,10 @@ def _covers(promise: Promise, table: Table) -> bool:
 
 def _found(table: Table, loops: dict[str, Loop | str], promise: Promise) -> Finding:
     """One promise on every model it speaks of."""
-    begun = perf_counter()
     answers: list[Answer] = []
     spoken = [m for m in table.models if not promise.subject.models or m.name in promise.subject.models]
-    reason, decided = "", True
-    try:
-        check()
+
+    def on_every_model() -> str:
         prove = proofs().get(promise.kind)
         if prove is None:
             raise NotProved(f"the checker has no proof of the kind {promise.kind[:60]!r}")
@@ -92,22 +84,16 @@ def _found(table: Table, loops: dict[str, Loop | str], promise: Promise) -> Find
                 raise NotProved(loop)
             answers.append(prove(loop, promise))
             if not answers[-1].kept:
-                reason = f"must be {promise.sense} {float(promise.limit):.6g}; it is not on model {model.name[:40]!r}"
-                break
-    except OutOfTime as error:
-        reason, decided = f"is undecided: {error}", False
-    except NotProved as error:
-        reason = f"is not proved: {error}"
-    except (ZeroDivisionError, ValueError, OverflowError) as error:
-        if isinstance(error, TableError):
-            raise
-        reason = f"is not proved: the numbers leave no room for a proof ({error})"
-    failed = bool(answers) and not answers[-1].kept
+                return f"must be {promise.sense} {float(promise.limit):.6g}; it is not on model {model.name[:40]!r}"
+        return ""
+
+    outcome = attempted(on_every_model)
+    shown = not outcome.reason or (answers and not answers[-1].kept)
     return Finding(
         name=promise.name, sense=promise.sense, limit=float(promise.limit), claimed=None,
-        proved=_enclosure(promise, answers, whole=len(answers) == len(spoken)) if not reason or failed else None,
-        method="; ".join(dict.fromkeys(a.method for a in answers)), box={}, holds=not reason, reason=reason,
-        seconds=perf_counter() - begun, decided=decided,
+        proved=_enclosure(promise, answers, whole=len(answers) == len(spoken)) if shown else None,
+        method="; ".join(dict.fromkeys(a.method for a in answers)), box={}, holds=not outcome.reason,
+        reason=outcome.reason, seconds=outcome.seconds, decided=outcome.decided,
     )  # fmt: skip
 
 

@@ -27,16 +27,16 @@ from workbench.verify.vehicle.law import GROUPS
 from workbench.verify.vehicle.table import Table
 
 COORDINATES = ("Z", "Theta", "Y", "Phi", "Psi")
-PARAMETERS = ("mass", "inertia", "current_force", "gap_force")
 SCALED = {  # by all sensors of one direction reading too much: the same as their gains being as much too large
     "vertical_sensors": ("K_h", "K_hdot", "K_zddot", "K_zdot"),
     "lateral_sensors": ("K_hp", "K_hpdot", "K_yddot", "K_ydot"),
 }
-FACTORS = (*PARAMETERS, "roll_inertia", "pitch_inertia", "yaw_inertia", *SCALED)
+FACTORS = (
+    "mass", "inertia", "current_force", "gap_force", "roll_inertia", "pitch_inertia", "yaw_inertia", *SCALED,
+)  # fmt: skip
 DIVIDING = tuple(name for name in FACTORS if name == "mass" or name.endswith("inertia"))
 COUPLING_ALLOWED = fmpq(1, 10**9)
-
-Theta = Mapping[str, fmpq] | Sequence[fmpq]
+PRINTED: Mapping[str, fmpq] = {}
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,19 +64,7 @@ class Loop:
         return self.system.select(self.patterns, self.patterns)
 
 
-def state_matrix(table: Table, group: str, theta: Theta = ()) -> fmpq_mat:
-    """State matrix of a group's closed loop; theta: factors by name, or in the order of PARAMETERS."""
-    return closed_loop(table, group, theta).A
-
-
-def sensitivity(table: Table, group: str, theta: Theta = ()) -> tuple[fmpq_mat, ...]:
-    """(A, B, C, D) of (I + L)⁻¹ at the commands along the patterns, and diag(d) of their squared lengths."""
-    loop = closed_loop(table, group, theta)
-    seen = loop.sensitivity
-    return seen.A, seen.B, seen.C, seen.D, matrix([list(loop.lengths)])
-
-
-def closed_loop(table: Table, group: str, theta: Theta = (), *, kept: Collection[str] = ()) -> Loop:
+def closed_loop(table: Table, group: str, theta: Mapping[str, fmpq] = PRINTED, *, kept: Collection[str] = ()) -> Loop:
     """The closed loop of "heave_pitch", "sway_roll_yaw", "heave" (pitch held) or "all", as printed or at factors theta.
 
     Raises
@@ -88,8 +76,7 @@ def closed_loop(table: Table, group: str, theta: Theta = (), *, kept: Collection
         raise TableError(f"a group must be one of {', '.join(GROUPS)}; got {group[:60]!r}. Name one of them.")
     factor = factors(theta)
     # by name, not by value: 1 is a member of a box like any other, and all are of the rebuilt plant
-    named = set(theta) if isinstance(theta, Mapping) else set(PARAMETERS[: len(theta)])
-    plant = varied(table, factor) if named - set(SCALED) else table.plant
+    plant = varied(table, factor) if set(theta) - set(SCALED) else table.plant
     law = table.law
     if group != "all" and coupling(plant) > COUPLING_ALLOWED:
         raise NotProved(f"heave and pitch are coupled with sway, roll and yaw ({float(coupling(plant)):.2g})")
@@ -106,13 +93,12 @@ def closed_loop(table: Table, group: str, theta: Theta = (), *, kept: Collection
     )
 
 
-def factors(theta: Theta) -> dict[str, fmpq]:
+def factors(theta: Mapping[str, fmpq]) -> dict[str, fmpq]:
     """All factors by name, 1 where nothing is said."""
-    given = dict(theta) if isinstance(theta, Mapping) else dict(zip(PARAMETERS, theta, strict=False))
-    unknown = [name for name in given if name not in FACTORS]
+    unknown = [name for name in theta if name not in FACTORS]
     if unknown:
         raise NotProved(f"a box over {unknown[0][:60]!r} is not known to the checker")
-    out = {name: fmpq(1) for name in FACTORS} | given
+    out = {name: fmpq(1) for name in FACTORS} | dict(theta)
     for name in ("roll_inertia", "pitch_inertia", "yaw_inertia"):
         out[name] *= out["inertia"]
     return out

@@ -21,6 +21,7 @@ from flint import fmpq, fmpq_mat, fmpq_poly, fmpz_poly
 
 from workbench.verify.exact.deadline import check, remaining
 from workbench.verify.exact.failure import NotProved
+from workbench.verify.exact.polynomial import powers_of_the_ray
 from workbench.verify.exact.system import matrix, part
 from workbench.verify.family.exclusion import frequency_exponent
 from workbench.verify.family.form import Form
@@ -208,10 +209,7 @@ def _difference(p: Family, terms: Sequence[tuple[fmpq, Family]], zeta: fmpq, sig
     """|p|² − Σ w |n|² on s = r u − σ as one form; speed first, r last, in units of a positive number."""
     order, degree = p.order, p.degrees
     step = fmpq(2) ** frequency_exponent(p.at(p.box.centre))
-    t, u = [fmpq(1), -zeta], [fmpq(0), fmpq(1)]
-    for _ in range(2, order + 1):
-        t.append(-2 * zeta * t[-1] - t[-2])
-        u.append(-2 * zeta * u[-1] - u[-2])
+    t, u = powers_of_the_ray(zeta, order)
     powers = [step**k for k in range(order + 1)]
 
     def along(family: Family, factors: Sequence[fmpq]) -> list[fmpq]:
