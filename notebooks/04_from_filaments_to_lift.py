@@ -23,7 +23,14 @@ import casadi as ca
 import numpy as np
 
 import workbench as wb
-from workbench.physics.coils import REPORT_PLATE, Loop, corner_images, lorentz_force, mutual_inductance, plane_forces
+from workbench.physics.coils import (
+    REPORT_PLATE,
+    WireLoop,
+    corner_images,
+    lorentz_force,
+    mutual_inductance,
+    plane_forces,
+)
 from workbench.physics.forces.flight import drag_peak, lift_off_speed, trim
 from workbench.physics.forces.law import report_extended
 from workbench.physics.forces.operating import ampere_turns, law_at
@@ -38,7 +45,7 @@ from workbench.plots.forces import lift_curves, speed_curves
 
 # %%
 h, h_prime, roll = (ca.SX.sym(name) for name in ("h", "h_prime", "roll"))
-coil = Loop.rectangle(0.5, 3.0).placed((0.0, h_prime + 0.25, h), roll=roll)
+coil = WireLoop.rectangle(0.5, 3.0).placed((0.0, h_prime + 0.25, h), roll=roll)
 energy = sum(sign * mutual_inductance(coil, image) / 2 for sign, image in corner_images(coil))
 pose = ca.vertcat(h, h_prime, roll)
 forces = ca.Function("forces", [pose], [1e6 * ca.gradient(energy, pose), 1e6 * ca.hessian(energy, pose)[0]])
@@ -50,7 +57,7 @@ print("lift, lateral force [N/kA²], roll moment [N m/kA²]:", nominal.ravel().r
 # and I ds × B along the coil.
 
 # %%
-still = Loop.rectangle(0.5, 3.0).placed((0.0, 0.55, 0.3))
+still = WireLoop.rectangle(0.5, 3.0).placed((0.0, 0.55, 0.3))
 pulls = [lorentz_force(image, 1e3 * sign, still, 1e3, about=(0.0, 0.55, 0.3)) for sign, image in corner_images(still)]
 force, torque = (np.sum(parts, axis=0) for parts in zip(*pulls, strict=True))
 print("by Lorentz:", force[2].round(4), force[1].round(4), torque[0].round(4))

@@ -9,7 +9,7 @@ from time import perf_counter
 import numpy as np
 
 from workbench.constants import MU_0
-from workbench.physics.coils import REPORT_PLATE, Loop, corner_images, plane_forces
+from workbench.physics.coils import REPORT_PLATE, WireLoop, corner_images, plane_forces
 from workbench.physics.forces.operating import law_at
 
 POSE = (0.32, 0.28, 0.02)  # h, h' [m], roll [rad]
@@ -67,7 +67,7 @@ def _magpylib_forces(law, gap: float, gap_lateral: float, roll: float) -> np.nda
     ]
     wire = magpylib.current.Polyline
 
-    def vertices(loop: Loop):
+    def vertices(loop: WireLoop):
         return [*loop.vertices, loop.vertices[0]]
 
     sources = [

@@ -10,14 +10,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from workbench.errors import InputError
-from workbench.physics.coils import Loop, corner_images, lorentz_force
+from workbench.physics.coils import WireLoop, corner_images, lorentz_force
 from workbench.physics.forces.corner import CornerLaw, pair_coefficients
 from workbench.physics.forces.energy import REPORT_COILS, CoilSet
 from workbench.physics.forces.law import ForceLaw
 from workbench.physics.forces.operating import law_at
 
 LAW = law_at()
-COIL = Loop.rectangle(0.5, 3.0)
+COIL = WireLoop.rectangle(0.5, 3.0)
 DEVIATION = {
     "dh": st.floats(-0.08, 0.15),
     "dhp": st.floats(-0.08, 0.15),

@@ -5,10 +5,17 @@ import numpy as np
 import pytest
 
 from workbench.errors import InputError
-from workbench.physics.coils import Loop, circular_images, corner_images, lorentz_force, magnetic_field, plane_images
+from workbench.physics.coils import (
+    WireLoop,
+    circular_images,
+    corner_images,
+    lorentz_force,
+    magnetic_field,
+    plane_images,
+)
 from workbench.physics.coils.inductance import mutual_inductance
 
-COIL = Loop.rectangle(0.5, 3.0).placed((0.0, 0.55, 0.3), roll=0.07)
+COIL = WireLoop.rectangle(0.5, 3.0).placed((0.0, 0.55, 0.3), roll=0.07)
 
 
 def total_field(loop, images, points):
@@ -32,7 +39,7 @@ def test_no_flux_enters_a_plane():
 def test_far_from_the_wall_the_corner_is_a_plane():
     def lift(images_of):
         height = ca.SX.sym("h")
-        coil = Loop.rectangle(0.5, 3.0).placed((0.0, 50.0, height))
+        coil = WireLoop.rectangle(0.5, 3.0).placed((0.0, 50.0, height))
         energy = sum(sign * mutual_inductance(coil, image) / 2 for sign, image in images_of(coil))
         return float(ca.Function("lift", [height], [ca.gradient(energy, height)])(0.3))
 
@@ -42,7 +49,7 @@ def test_far_from_the_wall_the_corner_is_a_plane():
 
 def normal_flux_share(length):
     """Flux through a circular guideway of 2 m at the coil's middle, over the field there without it."""
-    coil = Loop.rectangle(0.5, length).placed((0.0, 0.2, -1.6), roll=0.1)
+    coil = WireLoop.rectangle(0.5, length).placed((0.0, 0.2, -1.6), roll=0.1)
     angles = np.linspace(-0.5, 0.5, 9) - np.pi / 2
     normal = np.stack([np.zeros(9), np.cos(angles), np.sin(angles)], axis=1)
     alone = np.sum(magnetic_field(coil, 1.0, 2.0 * normal) * normal, axis=1)
@@ -60,7 +67,7 @@ def test_inversion_keeps_flux_out_of_a_circular_guideway_if_the_coil_is_long():
 def energy_and_image_force(length):
     """Force in y and z on a coil in a circle of 2 m: derivative of the energy; and of the image held fixed."""
     y, z = ca.SX.sym("y"), ca.SX.sym("z")
-    coil = Loop.rectangle(0.5, length)
+    coil = WireLoop.rectangle(0.5, length)
     moving = coil.placed((0.0, y, z))
     energy = sum(sign * mutual_inductance(moving, image) / 2 for sign, image in circular_images(moving, 2.0))
     force = ca.Function("F", [y, z], [1e6 * ca.gradient(energy, ca.vertcat(y, z))])(0.3, -1.5).full().ravel()
@@ -78,10 +85,10 @@ def test_the_energy_of_a_long_coil_in_a_circle_gives_the_force_of_the_fixed_imag
 
 def test_a_circle_of_large_radius_is_a_plane():
     radius = 1e5
-    coil = Loop.rectangle(0.5, 3.0).placed((0.0, 0.0, 0.3 - radius))
+    coil = WireLoop.rectangle(0.5, 3.0).placed((0.0, 0.0, 0.3 - radius))
     ((sign, image),) = circular_images(coil, radius)
     force, _ = lorentz_force(image, sign * 1e3, coil, 1e3)
-    flat = Loop.rectangle(0.5, 3.0).placed((0.0, 0.0, 0.3))
+    flat = WireLoop.rectangle(0.5, 3.0).placed((0.0, 0.0, 0.3))
     ((sign, image),) = plane_images(flat)
     plane_force, _ = lorentz_force(image, sign * 1e3, flat, 1e3)
     assert force[2] == pytest.approx(plane_force[2], rel=1e-4)  # 0.6 m over 1e5 m, and differences of 1e5

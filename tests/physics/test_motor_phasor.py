@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from workbench.errors import InputError
-from workbench.physics.coils import Loop, magnetic_field, rectangle_row
+from workbench.physics.coils import WireLoop, magnetic_field, rectangle_row
 from workbench.physics.motor import REPORT_COIL, REPORT_WINDING, VehicleCoil, Winding, mutual_phasor
 from workbench.physics.motor.kernel import quadrature, sinhc, sinhc_jet
 from workbench.physics.motor.phasor import rotation
@@ -92,7 +92,7 @@ def test_mutual_inductance_of_all_harmonics_is_that_of_a_row_of_rectangles():
     from workbench.physics.coils import mutual_inductance
 
     pose = (0.1, 0.3, 0.35)
-    coil = Loop.rectangle(1.0, 1.1).placed((pose[2], pose[0], pose[1]))
+    coil = WireLoop.rectangle(1.0, 1.1).placed((pose[2], pose[0], pose[1]))
     row = rectangle_row(1.0, 1.1, 61)
     ends = (0, len(row) - 1)
     exact = sum(sign * (0.5 if i in ends else 1) * mutual_inductance(loop, coil) for i, (sign, loop) in enumerate(row))

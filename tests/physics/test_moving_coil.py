@@ -14,7 +14,7 @@ from workbench.errors import InputError
 from workbench.physics.coils import (
     REPORT_PLATE,
     Conductor,
-    Loop,
+    WireLoop,
     mutual_inductance,
     plane_forces,
     plane_images,
@@ -42,7 +42,7 @@ def test_lift_over_drag_of_a_thin_sheet_is_speed_over_characteristic_speed(speed
 
 def test_lift_at_infinite_speed_is_that_of_the_image():
     height = ca.SX.sym("h")
-    coil = Loop.rectangle(0.5, 3.0).placed((0.0, 0.0, height))
+    coil = WireLoop.rectangle(0.5, 3.0).placed((0.0, 0.0, height))
     ((sign, image),) = plane_images(coil)
     energy = sign * mutual_inductance(coil, image) / 2
     slopes = ca.Function("f", [height], [ca.gradient(energy, height), ca.hessian(energy, height)[0]])
@@ -57,7 +57,7 @@ def test_thin_sheet_lift_is_that_of_receding_images():
     # Maxwell's images recede at w: F_L = I² [-M_z(0, 2h) - (w/v) ∫ M_zz(s, 2h + s w/v) ds], no Fourier in it
     ratio = 5.0  # v/w
     s, z = ca.SX.sym("s"), ca.SX.sym("z")
-    M = mutual_inductance(Loop.rectangle(0.5, 1.0), Loop.rectangle(0.5, 1.0).placed((s, 0.0, z)))
+    M = mutual_inductance(WireLoop.rectangle(0.5, 1.0), WireLoop.rectangle(0.5, 1.0).placed((s, 0.0, z)))
     slopes = ca.Function("slopes", [s, z], [ca.gradient(M, z), ca.hessian(M, z)[0]])
     bounds = {"limit": 200, "points": (0.9, 1.1), "epsrel": 1e-9}
     tail, _ = quad(lambda x: float(slopes(x, 0.6 + x / ratio)[1]), 0, 60, **bounds)

@@ -10,10 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from workbench.errors import InputError
-from workbench.physics.coils import Loop, lorentz_force, magnetic_field, mutual_inductance, rectangle_row
+from workbench.physics.coils import WireLoop, lorentz_force, magnetic_field, mutual_inductance, rectangle_row
 from workbench.physics.coils.inductance import gauss_nodes
 
-COIL = Loop.rectangle(0.5, 3.0)
+COIL = WireLoop.rectangle(0.5, 3.0)
 METRES = st.floats(-0.5, 0.5)
 
 
@@ -70,7 +70,10 @@ def test_inclined_sides_converge_geometrically_with_the_order():
 @settings(max_examples=25, deadline=None)
 @given(x=METRES, y=METRES, roll=METRES, pitch=st.floats(-0.1, 0.1), yaw=METRES)
 def test_inductance_does_not_depend_on_which_loop_comes_first(x, y, roll, pitch, yaw):
-    a, b = Loop.rectangle(0.5, 1.0), Loop.rectangle(0.6, 0.8).placed((x, y, 0.9), roll=roll, pitch=pitch, yaw=yaw)
+    a, b = (
+        WireLoop.rectangle(0.5, 1.0),
+        WireLoop.rectangle(0.6, 0.8).placed((x, y, 0.9), roll=roll, pitch=pitch, yaw=yaw),
+    )
     forward, backward = (mutual_inductance(*pair, order=16) for pair in ((a, b), (b, a)))
     # Gauss runs along the first loop, so the two differ by its error: sides ≤ 1 m, filaments ≥ 0.4 m apart
     assert forward == pytest.approx(backward, rel=1e-7, abs=1e-16)
@@ -81,8 +84,8 @@ def test_inductance_does_not_depend_on_which_loop_comes_first(x, y, roll, pitch,
 def test_inductance_grows_in_proportion_to_size(scale):
     small = mutual_inductance(COIL, COIL.placed((0.2, 0.1, 0.4), roll=0.1))
     large = mutual_inductance(
-        Loop.rectangle(0.5 * scale, 3 * scale),
-        Loop.rectangle(0.5 * scale, 3 * scale).placed((0.2 * scale, 0.1 * scale, 0.4 * scale), roll=0.1),
+        WireLoop.rectangle(0.5 * scale, 3 * scale),
+        WireLoop.rectangle(0.5 * scale, 3 * scale).placed((0.2 * scale, 0.1 * scale, 0.4 * scale), roll=0.1),
     )
     assert large == pytest.approx(scale * small, rel=1e-10)  # rounding
 
@@ -118,7 +121,7 @@ def test_a_polygon_of_many_chords_has_the_inductance_of_circles():
     m = 4 * a * a / (4 * a * a + d * d)
     circles = 4e-7 * math.pi * a * ((2 / math.sqrt(m) - math.sqrt(m)) * ellipk(m) - 2 / math.sqrt(m) * ellipe(m))
     angles = 2 * math.pi * np.arange(48) / 48
-    polygon = Loop.polygon(zip(a * np.cos(angles), a * np.sin(angles), strict=True))
+    polygon = WireLoop.polygon(zip(a * np.cos(angles), a * np.sin(angles), strict=True))
     # an inscribed 48-gon is smaller by 1 - cos(π/48) = 0.2 %; M grows no faster than the fourth power
     ratio = mutual_inductance(polygon, polygon.placed((0.0, 0.0, d)), order=4) / circles
     assert 1 - 4 * (1 - math.cos(math.pi / 48)) < ratio < 1
@@ -126,7 +129,7 @@ def test_a_polygon_of_many_chords_has_the_inductance_of_circles():
 
 def test_a_racetrack_with_a_small_radius_is_nearly_a_rectangle():
     other = COIL.placed((0.0, 0.0, 0.4))
-    track = Loop.racetrack(0.5, 3.0, 0.01)
+    track = WireLoop.racetrack(0.5, 3.0, 0.01)
     # four cut corners of (1 - π/4) 1 cm² from 1.5 m²: 6e-5 of the flux at most
     assert mutual_inductance(track, other) == pytest.approx(mutual_inductance(COIL, other), rel=1e-4)
 
@@ -181,15 +184,15 @@ def test_touching_loops_are_refused():
 @pytest.mark.parametrize(
     ("build", "sentence"),
     [
-        (lambda: Loop.rectangle(0.0, 3.0), "the width of a rectangle must be positive and finite; got 0.0 m"),
-        (lambda: Loop.rectangle(0.5, math.nan), "the length of a rectangle must be positive and finite; got nan m"),
-        (lambda: Loop(((0, 0, 0), (1, 0, 0))), "a loop must have at least three vertices; got 2"),
-        (lambda: Loop(((0, 0), (1, 0), (1, 1))), "a point must have three coordinates x, y, z; got 2"),
-        (lambda: Loop(((0, 0, 0), (0, 0, 0), (1, 1, 0))), "two neighbouring vertices coincide. Drop one"),
-        (lambda: Loop.racetrack(0.5, 3.0, 0.3), "corner radius must not exceed half its smaller side; got 0.3 m"),
+        (lambda: WireLoop.rectangle(0.0, 3.0), "the width of a rectangle must be positive and finite; got 0.0 m"),
+        (lambda: WireLoop.rectangle(0.5, math.nan), "the length of a rectangle must be positive and finite; got nan m"),
+        (lambda: WireLoop(((0, 0, 0), (1, 0, 0))), "a loop must have at least three vertices; got 2"),
+        (lambda: WireLoop(((0, 0), (1, 0), (1, 1))), "a point must have three coordinates x, y, z; got 2"),
+        (lambda: WireLoop(((0, 0, 0), (0, 0, 0), (1, 1, 0))), "two neighbouring vertices coincide. Drop one"),
+        (lambda: WireLoop.racetrack(0.5, 3.0, 0.3), "corner radius must not exceed half its smaller side; got 0.3 m"),
         (lambda: mutual_inductance(COIL, COIL.placed((0, 0, 1)), order=0), "must be at least 1; got 0"),
         (lambda: COIL.reflected("u"), "unknown axis 'u'"),
-        (lambda: Loop(COIL.vertices, COIL.sides[:2]), "a side per vertex; got 2 and 4"),
+        (lambda: WireLoop(COIL.vertices, COIL.sides[:2]), "a side per vertex; got 2 and 4"),
         (lambda: rectangle_row(1.0, 1.1, 0), "a row must have at least one coil; got 0"),
         (lambda: lorentz_force(COIL.placed((ca.SX.sym("x"), 0, 1)), 1, COIL, 1), "a loop of numbers; got symbols"),
     ],

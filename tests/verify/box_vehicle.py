@@ -6,7 +6,7 @@ from pathlib import Path
 
 from flint import fmpq, fmpq_mat
 
-from workbench.verify.family.polynomial import Box, multiaffine
+from workbench.verify.family.polynomial import ParameterBox, multiaffine
 from workbench.verify.vehicle.loop import closed_loop
 from workbench.verify.vehicle.table import table_of
 
@@ -37,7 +37,7 @@ class VehicleLoop:
         self.table = table_of(json.loads(APPROVED.read_text(encoding="utf-8")))
         self.group, self.names = group, names
         width = [fmpq(WIDTH[n], 100) * fmpq(*Fraction(scale).as_integer_ratio()) for n in names]
-        self.box = Box(names, tuple(1 - w for w in width), tuple(1 + w for w in width))
+        self.box = ParameterBox(names, tuple(1 - w for w in width), tuple(1 + w for w in width))
         self.degrees = tuple(DEGREE[group][name] for name in names)
         self.inverse = tuple(name for name in names if name in DIVIDES)
         nominal = closed_loop(self.table, group)

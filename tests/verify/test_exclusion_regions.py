@@ -14,12 +14,12 @@ from workbench.verify.family.box import (
     prove_hurwitz,
 )
 from workbench.verify.family.exclusion import inside
-from workbench.verify.family.polynomial import Box, characteristic, interpolate, multiaffine
+from workbench.verify.family.polynomial import ParameterBox, characteristic, interpolate, multiaffine
 
 
 def oscillator():
     """(s + 1)(m s² + 2 z s + 1): damping z/√m, worst at the smallest z and the largest m."""
-    box = Box.of(z=("0.3", "0.6"), m=("0.9", "1.2"))
+    box = ParameterBox.of(z=("0.3", "0.6"), m=("0.9", "1.2"))
     return interpolate(lambda t: (fmpq_poly([1, 1]) * fmpq_poly([1, 2 * t[0], t[1]]),), box, (1, 1))[0]
 
 
@@ -47,7 +47,7 @@ def test_decay_is_proved_just_below_the_worst_and_refused_just_above():
 
 def test_a_real_root_that_crosses_zero_is_seen():
     # p = s² + 2 s + a: a = 0 inside the box is static divergence, with no root on the axis but at s = 0
-    family = interpolate(lambda t: (fmpq_poly([t[0], 2, 1]),), Box.of(a=("-0.1", "1.0")), (1,))[0]
+    family = interpolate(lambda t: (fmpq_poly([t[0], 2, 1]),), ParameterBox.of(a=("-0.1", "1.0")), (1,))[0]
     proof = prove_hurwitz(family)
     assert not proof.proved
     assert proof.counterexample is not None
@@ -58,14 +58,14 @@ def test_a_real_root_that_crosses_zero_is_seen():
 
 def test_a_root_that_comes_from_infinity_is_seen():
     # p = e s² + s + 1: e < 0 brings a root in from +infinity
-    family = interpolate(lambda t: (fmpq_poly([1, 1, t[0]]),), Box.of(e=("-0.1", "1.0")), (1,))[0]
+    family = interpolate(lambda t: (fmpq_poly([1, 1, t[0]]),), ParameterBox.of(e=("-0.1", "1.0")), (1,))[0]
     proof = prove_hurwitz(family)
     assert not proof.proved
     assert proof.undecided >= 0.1 / 1.1
 
 
 def test_an_unstable_centre_is_named_at_once():
-    family = interpolate(lambda t: (fmpq_poly([1, t[0], 1]),), Box.of(d=("-2", "-1")), (1,))[0]
+    family = interpolate(lambda t: (fmpq_poly([1, t[0], 1]),), ParameterBox.of(d=("-2", "-1")), (1,))[0]
     proof = prove_hurwitz(family)
     assert not proof.proved
     assert proof.pieces == 0
@@ -81,7 +81,7 @@ def random_family(generator: random.Random):
     def at(theta):
         return matrices[0] - shift + theta[0] * matrices[1] + theta[1] * matrices[2]
 
-    box = Box.of(x=("-0.5", "0.5"), y=("-0.5", "0.5"))
+    box = ParameterBox.of(x=("-0.5", "0.5"), y=("-0.5", "0.5"))
     return at, interpolate(characteristic(at), box, (3, 3))[0]
 
 
@@ -105,7 +105,7 @@ def test_random_families_are_proved_exactly_when_dense_sampling_finds_them_dampe
 
 def test_a_worst_member_inside_the_box_is_found():
     # damping 0.3 + x² of a pair at 1 rad/s: the corners say 0.55, the middle of the range 0.3
-    box = Box.of(x=("-0.4", "0.5"))
+    box = ParameterBox.of(x=("-0.4", "0.5"))
     family = interpolate(lambda t: (fmpq_poly([1, 2 * (fmpq(3, 10) + t[0] ** 2), 1]),), box, (2,))[0]
     bounds = largest_damping(family)
     # within the tolerance of 1e-3 asked for, doubled for the member it starts from
@@ -116,15 +116,17 @@ def test_a_worst_member_inside_the_box_is_found():
 
 def test_a_degree_bound_that_is_too_low_is_refused():
     with pytest.raises(ValueError, match="Raise the bounds"):
-        interpolate(lambda t: (fmpq_poly([t[0] ** 3, 1, 1]),), Box.of(a=("1", "2")), (2,))
+        interpolate(lambda t: (fmpq_poly([t[0] ** 3, 1, 1]),), ParameterBox.of(a=("1", "2")), (2,))
 
 
 def test_a_degree_bound_that_is_too_high_costs_nothing_later():
-    assert interpolate(lambda t: (fmpq_poly([t[0] ** 2, 1, 1]),), Box.of(a=("1", "2")), (5,))[0].degrees == (2,)
+    assert interpolate(lambda t: (fmpq_poly([t[0] ** 2, 1, 1]),), ParameterBox.of(a=("1", "2")), (5,))[0].degrees == (
+        2,
+    )
 
 
 def test_a_matrix_that_is_not_affine_is_refused():
-    box = Box.of(a=("1", "2"))
+    box = ParameterBox.of(a=("1", "2"))
     with pytest.raises(ValueError, match="affine in each of a"):
         multiaffine(lambda t: fmpq_mat([[1 / t[0]]]), box)
     assert multiaffine(lambda t: fmpq_mat([[1 / t[0]]]), box, ("a",))((fmpq(4, 3),)) == fmpq_mat([[fmpq(3, 4)]])
@@ -140,14 +142,14 @@ def test_one_member_on_the_boundary_is_neither_inside_nor_outside():
 @pytest.mark.parametrize("bound", range(1, 45))
 def test_a_polynomial_of_one_degree_more_than_the_bound_is_refused_whatever_the_bound(bound):
     # the point that checks must lie on no grid: 3/7, say, would lie on that of degree 28
-    box = Box.of(x=("1", "2"))
+    box = ParameterBox.of(x=("1", "2"))
     with pytest.raises(ValueError, match="off the grid disagrees"):
         interpolate(lambda t: (fmpq_poly([t[0] ** (bound + 1), 1]),), box, (bound,))
     assert interpolate(lambda t: (fmpq_poly([t[0] ** bound, 1]),), box, (bound,))[0].degrees == (bound,)
 
 
 def test_the_point_that_checks_tells_two_parameters_of_equal_degree_apart():
-    box = Box.of(x=("0", "1"), y=("0", "1"))
+    box = ParameterBox.of(x=("0", "1"), y=("0", "1"))
     nodes = [fmpq(k, 2) for k in range(3)]
 
     def value(t):  # vanishes on the grid of both axes, and wherever x = y

@@ -13,7 +13,7 @@ from workbench.verify.family.box import (
     prove_hurwitz,
     prove_peak_sensitivity,
 )
-from workbench.verify.family.polynomial import Box, rational
+from workbench.verify.family.polynomial import ParameterBox, rational
 from workbench.verify.family.schedule import GainSchedule, schedule_family
 from workbench.verify.vehicle.loop import closed_loop
 
@@ -80,7 +80,7 @@ def test_the_peak_of_a_second_order_loop_is_the_textbook_one():
 
 
 def test_a_box_is_proved_together_with_the_speed():
-    box = Box.of(force=("0.8", "1.2"))
+    box = ParameterBox.of(force=("0.8", "1.2"))
     family = schedule_family(double_integrator, schedule("1"), 6, box=box, degrees=(2,))
     worst = (1 - 3**0.5 / 36) / 2 * 0.8**0.5  # damping d √force/2
     assert proofs_of(family, zeta=0.999 * worst)[1].proved

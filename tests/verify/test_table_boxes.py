@@ -12,7 +12,7 @@ from workbench.handover.table.promise import with_box
 from workbench.handover.table.table import GainTable, digest_of
 from workbench.verify.check import verify_document
 from workbench.verify.exact.failure import NotProved
-from workbench.verify.family.polynomial import Box, interpolate
+from workbench.verify.family.polynomial import ParameterBox, interpolate
 from workbench.verify.vehicle.loop import closed_loop
 from workbench.verify.vehicle.table import table_of
 from workbench.verify.vehicle.uncertain import UncertainLoop, interval_holds, worst_over_box
@@ -162,7 +162,7 @@ def test_a_worst_member_inside_the_box_is_named_and_found_again(boxed):
 
 def test_an_interior_worst_member_verifies_from_its_place():
     # s² + 2 ζ s + 1 with ζ = (t − 1/3)² + 0.1: worst at t = 1/3, which is no corner and not the centre
-    box = Box.of(t=("0", "0.9"))
+    box = ParameterBox.of(t=("0", "0.9"))
     (family,) = interpolate(
         lambda t: (fmpq_poly([1, 2 * ((t[0] - fmpq(1, 3)) ** 2 + fmpq(1, 10)), 1]),), box, (2,)
     )  # fmt: skip

@@ -90,7 +90,7 @@ class Boundary:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
-class Comparison(Result):
+class LimitRatio(Result):
     """An acceleration beside a limit."""
 
     name: str  # of the limit
@@ -198,7 +198,7 @@ def read_mask(path: str | Path, direction: Direction) -> Mask:
 _NAMES = {str: "text", bool: "true or false", list: "a list of numbers"}
 
 
-def worst_ratio(psd: Psd, mask: Mask) -> Comparison:
+def worst_ratio(psd: Psd, mask: Mask) -> LimitRatio:
     """The largest ratio of a density to a mask, over the frequencies both cover.
 
     Exact for an array, since both are power laws between their points; a function is searched on 96 points per octave
@@ -228,10 +228,10 @@ def worst_ratio(psd: Psd, mask: Mask) -> Comparison:
     else:
         ratios = ratio(f)
         place, best = float(f[np.argmax(ratios)]), float(ratios.max())
-    return Comparison(name=mask.name, ratio=best, frequency_hz=place, low_hz=low, high_hz=high, verified=mask.verified)
+    return LimitRatio(name=mask.name, ratio=best, frequency_hz=place, low_hz=low, high_hz=high, verified=mask.verified)
 
 
-def worst_band(bands: ThirdOctaves, limit: Boundary) -> Comparison:
+def worst_band(bands: ThirdOctaves, limit: Boundary) -> LimitRatio:
     """The largest ratio of band rms to a boundary, over the bands centred in it: the comparison the standard means."""
     low, high = limit.frequency_hz[0] * (1 - 1e-9), limit.frequency_hz[-1] * (1 + 1e-9)  # centres are rounded 10^(n/10)
     inside = (bands.frequency_hz >= low) & (bands.frequency_hz <= high)
@@ -242,7 +242,7 @@ def worst_band(bands: ThirdOctaves, limit: Boundary) -> Comparison:
     f = bands.frequency_hz[inside]
     ratio = bands.rms[inside] / limit.rms(np.clip(f, *limit.frequency_hz[:: len(limit.frequency_hz) - 1]))
     at = int(np.argmax(ratio))
-    return Comparison(
+    return LimitRatio(
         name=limit.name, ratio=float(ratio[at]), frequency_hz=float(f[at]), low_hz=float(f[0]), high_hz=float(f[-1]),
         verified=limit.verified,
     )  # fmt: skip

@@ -6,7 +6,7 @@ The scale of all coefficients is the report's own: 0.8380 × 184635 (kA-turns)²
 import math
 
 from workbench.ledger.baseline import report_vehicle
-from workbench.physics.coils import REPORT_PLATE, Loop, mutual_inductance, plane_forces, plane_images
+from workbench.physics.coils import REPORT_PLATE, WireLoop, mutual_inductance, plane_forces, plane_images
 from workbench.physics.forces.corner import CornerLaw
 from workbench.physics.forces.energy import REPORT_COILS
 from workbench.physics.forces.flight import Levitation, drag_at
@@ -59,7 +59,7 @@ def _plane_lift() -> float:
     import casadi as ca
 
     height = ca.SX.sym("h")
-    coil = Loop.rectangle(REPORT_COILS.width, REPORT_COILS.length).placed((0.0, 0.0, height))
+    coil = WireLoop.rectangle(REPORT_COILS.width, REPORT_COILS.length).placed((0.0, 0.0, height))
     ((sign, image),) = plane_images(coil)
     lift = ca.gradient(sign * mutual_inductance(coil, image) / 2, height)
     return float(ca.Function("lift", [height], [lift])(REPORT_GAP))

@@ -12,7 +12,7 @@ from workbench.control import Gains, ModalLaw
 from workbench.control.gains import GAIN_NAMES
 from workbench.control.loop.polynomial import loop_polynomial
 from workbench.ledger.formula import latex, latex_name
-from workbench.ledger.tables import Comparison, Erratum, compare, entries, errata
+from workbench.ledger.tables import CheckedEntry, Erratum, compare, entries, errata
 from workbench.lti import Plant
 from workbench.lti.signals import ANTISYMMETRIC, COORDINATES, SYMMETRIC
 from workbench.physics.vehicle import Linearisation, Vehicle, linearise
@@ -68,7 +68,7 @@ class Sheet(Result):
     matrices: tuple[Matrix, ...]
     polynomials: tuple[Polynomial, ...]
     transfers: tuple[Transfer, ...]
-    comparisons: tuple[Comparison, ...]
+    comparisons: tuple[CheckedEntry, ...]
     errata: tuple[Erratum, ...]
 
     def rows(self) -> list[Row]:

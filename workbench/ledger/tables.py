@@ -57,7 +57,7 @@ class Erratum:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Comparison:
+class CheckedEntry:
     """An entry at a vehicle: the corrected formula's value, the printed one's (None if not evaluable), ours."""
 
     entry: Entry
@@ -74,12 +74,12 @@ class Comparison:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
-class Comparisons(Result):
+class CheckedEntries(Result):
     """All entries at one vehicle under one set of gains."""
 
-    comparisons: tuple[Comparison, ...]
+    comparisons: tuple[CheckedEntry, ...]
 
-    def of(self, table: str) -> tuple[Comparison, ...]:
+    def of(self, table: str) -> tuple[CheckedEntry, ...]:
         """The entries of one table."""
         return tuple(c for c in self.comparisons if c.entry.table == table)
 
@@ -99,7 +99,7 @@ def errata() -> tuple[Erratum, ...]:
     return tuple(Erratum(**item) for item in _document()["erratum"])
 
 
-def compare(vehicle: Vehicle, law: ModalLaw, gains: Gains) -> Comparisons:
+def compare(vehicle: Vehicle, law: ModalLaw, gains: Gains) -> CheckedEntries:
     """The report's formulas evaluated at a vehicle with four coil sets, beside our own numbers.
 
     The reduced models have no current-loop lag, so it is left out; the sway/roll model is compared only if all four
@@ -127,8 +127,8 @@ def compare(vehicle: Vehicle, law: ModalLaw, gains: Gains) -> Comparisons:
         if not model:
             symbols[entry.symbol] = corrected
         ours = _ours(entry.ours, linear, models[model] if model else None)
-        out.append(Comparison(entry=entry, corrected=corrected, as_found=printed, ours=ours))
-    return Comparisons(comparisons=tuple(out))
+        out.append(CheckedEntry(entry=entry, corrected=corrected, as_found=printed, ours=ours))
+    return CheckedEntries(comparisons=tuple(out))
 
 
 def _document() -> dict:

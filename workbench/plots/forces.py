@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from workbench.errors import unknown_name
-from workbench.physics.coils import REPORT_PLATE, Conductor, Loop, plane_forces
+from workbench.physics.coils import REPORT_PLATE, Conductor, WireLoop, plane_forces
 from workbench.physics.forces.corner import pair_coefficients
 from workbench.physics.forces.energy import REPORT_COILS, CoilSet
 from workbench.physics.forces.operating import REPORT_GAP, REPORT_SPEED, law_at
@@ -108,7 +108,7 @@ def pair_curves(quantity: str, separation: float, heights=None, gaps_lateral=Non
     )
     gaps = np.array([0.2, 0.3, 0.4, 0.6]) if gaps_lateral is None else np.asarray(gaps_lateral, dtype=float)
     index, name = COEFFICIENTS[quantity]
-    coil = Loop.rectangle(REPORT_COILS.width, REPORT_COILS.length)
+    coil = WireLoop.rectangle(REPORT_COILS.width, REPORT_COILS.length)
     other = coil.placed((0.0, 0.0, -separation))
     values = pair_coefficients(coil, other, REPORT_COILS.width, heights[None, :], gaps[:, None], roll)[index]
     return Curves(

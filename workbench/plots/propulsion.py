@@ -3,7 +3,7 @@
 import numpy as np
 
 from workbench.physics.propulsion.drag import DragCurves
-from workbench.physics.propulsion.schedule import Schedule
+from workbench.physics.propulsion.schedule import SpeedSchedule
 
 
 def plot_drag(curves: DragCurves, *, ax=None):
@@ -19,7 +19,7 @@ def plot_drag(curves: DragCurves, *, ax=None):
     return ax
 
 
-def plot_power(curves: DragCurves, *schedules: Schedule, ax=None):
+def plot_power(curves: DragCurves, *schedules: SpeedSchedule, ax=None):
     """Power against drag at steady speed, and the thrust power of any schedules, over speed; returns the Axes."""
     import matplotlib.pyplot as plt
 
@@ -33,7 +33,7 @@ def plot_power(curves: DragCurves, *schedules: Schedule, ax=None):
     return ax
 
 
-def plot_schedule(schedule: Schedule, *, ax=None):
+def plot_schedule(schedule: SpeedSchedule, *, ax=None):
     """Speed over time, coloured by the limit that holds where the method knows it; returns the Axes."""
     import matplotlib.pyplot as plt
 

@@ -2,22 +2,22 @@
 
     plane z = 0:  1 image       L-corner y = 0, z = 0:  3 images       circular guideway:  1 image by inversion
 
-An image is (sign of its current, Loop). Force of the guideway on the coil = force of the images held fixed. Energy
+An image is (sign of its current, WireLoop). Force of the guideway on the coil = force of the images held fixed. Energy
 form: ½ Σ sign·M(coil, image) I², whose derivative by the coil's pose, images moving along, is the same force.
 """
 
 from workbench.errors import InputError
-from workbench.physics.coils.loop import Loop
+from workbench.physics.coils.loop import WireLoop
 
-Image = tuple[float, Loop]
+Image = tuple[float, WireLoop]
 
 
-def plane_images(loop: Loop) -> tuple[Image, ...]:
+def plane_images(loop: WireLoop) -> tuple[Image, ...]:
     """The image below the plane z = 0: reflected, current reversed."""
     return ((-1.0, loop.reflected("z")),)
 
 
-def corner_images(loop: Loop) -> tuple[Image, ...]:
+def corner_images(loop: WireLoop) -> tuple[Image, ...]:
     """The three images in the corner of a floor z = 0 and a wall y = 0.
 
     Floor and wall reverse the current, the image across the edge has it as in the coil.
@@ -27,7 +27,7 @@ def corner_images(loop: Loop) -> tuple[Image, ...]:
     return (-1.0, loop.reflected("z")), (-1.0, loop.reflected("y")), (1.0, loop.reflected("y", "z"))
 
 
-def circular_images(loop: Loop, radius: float) -> tuple[Image, ...]:
+def circular_images(loop: WireLoop, radius: float) -> tuple[Image, ...]:
     """The image in a circular cylinder of `radius` [m] about the x axis, by inversion of every vertex.
 
     (y, z) → radius² (y, z)/(y² + z²), current reversed; the coil may be inside or outside. Exact in two dimensions,
@@ -54,7 +54,7 @@ def circular_images(loop: Loop, radius: float) -> tuple[Image, ...]:
         else tuple(b - a for a, b in zip(vertices[i], vertices[(i + 1) % len(vertices)], strict=True))
         for i, side in enumerate(loop.sides)
     ]
-    return ((-1.0, Loop(tuple(vertices), tuple(sides))),)
+    return ((-1.0, WireLoop(tuple(vertices), tuple(sides))),)
 
 
 def _along_x(side) -> bool:

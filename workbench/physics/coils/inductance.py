@@ -2,7 +2,7 @@
 
     two sides:  parallel  -->  closed form
                 otherwise -->  Gauss along one, closed form along the other
-    Loop, Loop  -->  sum over all pairs of sides  -->  M
+    WireLoop, WireLoop  -->  sum over all pairs of sides  -->  M
 
 Neumann: M = μ0/4π ΣΣ ∬ ds·ds'/r. Exact for parallel sides; the rest converges geometrically with `order`, the faster
 the shorter the outer side compared with the distance. The closed form for inclined filaments is not used: it loses all
@@ -17,18 +17,18 @@ import numpy as np
 
 from workbench.constants import MU_0
 from workbench.errors import InputError
-from workbench.physics.coils.loop import Loop, Vector
+from workbench.physics.coils.loop import Vector, WireLoop
 
 NEUMANN = MU_0 / (4 * ca.pi)  # [H/m]
 SAME_DIRECTION = 1e-12  # sine of the angle below which rounding alone can have turned two numeric sides
 
 
-def mutual_inductance(loop_a: Loop, loop_b: Loop, order: int = 8, panels: int = 1):
+def mutual_inductance(loop_a: WireLoop, loop_b: WireLoop, order: int = 8, panels: int = 1):
     """Mutual inductance of two loops of one turn each.
 
     Parameters
     ----------
-    loop_a, loop_b : Loop
+    loop_a, loop_b : WireLoop
         Coordinates are numbers or SX; filaments must not overlap.
     order : int
         Gauss points on each side of `loop_a` (per panel) that is not parallel to the side of `loop_b` it meets.
@@ -49,7 +49,7 @@ def mutual_inductance(loop_a: Loop, loop_b: Loop, order: int = 8, panels: int = 
 
     Examples
     --------
-    >>> coil = Loop.rectangle(0.5, 3.0)
+    >>> coil = WireLoop.rectangle(0.5, 3.0)
     >>> print(f"{mutual_inductance(coil, coil.placed((0.0, 0.0, 0.6))):.6e} H")
     3.152073e-07 H
     """

@@ -1,6 +1,6 @@
 """A closed polygon of straight filaments, and where it is.
 
-    rectangle | racetrack | polygon  -->  Loop.placed(translation, roll, pitch, yaw)  -->  Loop.reflected(axis)
+    rectangle | racetrack | polygon  -->  WireLoop.placed(translation, roll, pitch, yaw)  -->  WireLoop.reflected(axis)
 
 Axes of a coil: x along the track, y lateral, z normal to the coil. Coordinates are numbers or SX symbols; a loop
 carries one turn and no current. Positive current follows the order of the vertices: counter-clockwise seen from +z
@@ -20,7 +20,7 @@ Vector = tuple[Any, Any, Any]  # of floats or SX scalars
 
 
 @dataclass(frozen=True, slots=True)
-class Loop:
+class WireLoop:
     """A closed polygon; the last vertex joins the first.
 
     Parameters
@@ -62,12 +62,12 @@ class Loop:
         object.__setattr__(self, "sides", sides)
 
     @classmethod
-    def rectangle(cls, width, length) -> "Loop":
+    def rectangle(cls, width, length) -> "WireLoop":
         """Rectangle in the plane z = 0 about the origin: `length` [m] along x, `width` [m] along y.
 
         Examples
         --------
-        >>> Loop.rectangle(0.5, 3.0).vertices
+        >>> WireLoop.rectangle(0.5, 3.0).vertices
         ((-1.5, -0.25, 0.0), (1.5, -0.25, 0.0), (1.5, 0.25, 0.0), (-1.5, 0.25, 0.0))
         """
         _positive("rectangle", width=width, length=length)
@@ -75,12 +75,12 @@ class Loop:
         return cls(((-x, -y, 0.0), (x, -y, 0.0), (x, y, 0.0), (-x, y, 0.0)))
 
     @classmethod
-    def polygon(cls, points: Iterable[Sequence]) -> "Loop":
+    def polygon(cls, points: Iterable[Sequence]) -> "WireLoop":
         """Polygon in the plane z = 0 through `points` : (n, 2), x and y [m]."""
         return cls(tuple((x, y, 0.0) for x, y in points))
 
     @classmethod
-    def racetrack(cls, width: float, length: float, radius: float, segments: int = 8) -> "Loop":
+    def racetrack(cls, width: float, length: float, radius: float, segments: int = 8) -> "WireLoop":
         """Rectangle with rounded corners: each quarter circle of `radius` [m] becomes `segments` chords.
 
         The corners of the chords lie on the circle; the enclosed area is short of the true one by
@@ -108,22 +108,22 @@ class Loop:
             points.pop()
         return cls.polygon(points)
 
-    def placed(self, translation: Sequence = (0.0, 0.0, 0.0), *, roll=0.0, pitch=0.0, yaw=0.0) -> "Loop":
+    def placed(self, translation: Sequence = (0.0, 0.0, 0.0), *, roll=0.0, pitch=0.0, yaw=0.0) -> "WireLoop":
         """The loop turned about the origin, R = R_z(yaw) R_y(pitch) R_x(roll), then moved by `translation` [m].
 
         Angles [rad] and translation may be numbers or SX.
 
         Examples
         --------
-        >>> [corner[2] for corner in Loop.rectangle(0.5, 3.0).placed((0.0, 0.0, 0.3)).vertices]
+        >>> [corner[2] for corner in WireLoop.rectangle(0.5, 3.0).placed((0.0, 0.0, 0.3)).vertices]
         [0.3, 0.3, 0.3, 0.3]
         """
         rotation = rotation_matrix(roll, pitch, yaw)
         offset = _vector(translation)
         vertices = tuple(tuple(c + o for c, o in zip(_turn(rotation, v), offset, strict=True)) for v in self.vertices)
-        return Loop(vertices, tuple(_turn(rotation, side) for side in self.sides))
+        return WireLoop(vertices, tuple(_turn(rotation, side) for side in self.sides))
 
-    def reflected(self, *axes: str) -> "Loop":
+    def reflected(self, *axes: str) -> "WireLoop":
         """The mirror image in the planes through the origin normal to `axes` ("x", "y", "z"), in the same order."""
         for axis in axes:
             if axis not in ("x", "y", "z"):
@@ -133,7 +133,7 @@ class Loop:
             tuple(tuple(s * c for s, c in zip(signs, v, strict=True)) for v in group)
             for group in (self.vertices, self.sides)
         )
-        return Loop(*mirrored)
+        return WireLoop(*mirrored)
 
     @property
     def numeric(self) -> bool:

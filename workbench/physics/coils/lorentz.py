@@ -1,7 +1,7 @@
 """Field of a loop and the force of one loop on another, by Biot–Savart and Lorentz: an oracle independent of
 inductance.
 
-    Loop, current  -->  magnetic_field at points  -->  I ds × B summed along the other loop  -->  force, torque
+    WireLoop, current  -->  magnetic_field at points  -->  I ds × B summed along the other loop  -->  force, torque
 
 Numbers only (NumPy); the closed-form field of each straight filament, Gauss quadrature along the loop that feels it.
 """
@@ -10,15 +10,15 @@ import numpy as np
 
 from workbench.errors import InputError
 from workbench.physics.coils.inductance import NEUMANN, gauss_nodes
-from workbench.physics.coils.loop import Loop
+from workbench.physics.coils.loop import WireLoop
 
 
-def magnetic_field(loop: Loop, current: float, points) -> np.ndarray:
+def magnetic_field(loop: WireLoop, current: float, points) -> np.ndarray:
     """Flux density of a loop.
 
     Parameters
     ----------
-    loop : Loop
+    loop : WireLoop
         Numeric.
     current : float
         Ampere-turns [A].
@@ -35,7 +35,7 @@ def magnetic_field(loop: Loop, current: float, points) -> np.ndarray:
 
     Examples
     --------
-    >>> field = magnetic_field(Loop.rectangle(2.0, 2.0), 1000.0, [[0.0, 0.0, 0.0]])
+    >>> field = magnetic_field(WireLoop.rectangle(2.0, 2.0), 1000.0, [[0.0, 0.0, 0.0]])
     >>> print(f"{field[0, 2]:.4e} T")  # 2 sqrt(2) mu_0 I / (pi a) at the centre of a square of side a
     5.6569e-04 T
     """
@@ -50,9 +50,9 @@ def magnetic_field(loop: Loop, current: float, points) -> np.ndarray:
 
 
 def lorentz_force(
-    loop_a: Loop,
+    loop_a: WireLoop,
     current_a: float,
-    loop_b: Loop,
+    loop_b: WireLoop,
     current_b: float,
     about=(0.0, 0.0, 0.0),
     order: int = 32,
@@ -62,7 +62,7 @@ def lorentz_force(
 
     Parameters
     ----------
-    loop_a, loop_b : Loop
+    loop_a, loop_b : WireLoop
         Numeric.
     current_a, current_b : float
         Ampere-turns [A].
@@ -84,7 +84,7 @@ def lorentz_force(
     return pull.sum(axis=0), np.cross(points - np.asarray(about, dtype=float), pull).sum(axis=0)
 
 
-def _arrays(loop: Loop) -> tuple[np.ndarray, np.ndarray]:
+def _arrays(loop: WireLoop) -> tuple[np.ndarray, np.ndarray]:
     if not loop.numeric:
         raise InputError(
             "the Lorentz sum needs a loop of numbers; got symbols. Use mutual_inductance and its gradient for symbols."

@@ -2,7 +2,7 @@
 
 from workbench.errors import InputError
 from workbench.physics.coils.images import Image
-from workbench.physics.coils.loop import Loop
+from workbench.physics.coils.loop import WireLoop
 
 
 def rectangle_row(width: float, length: float, count: int, pitch: float | None = None) -> tuple[Image, ...]:
@@ -20,7 +20,7 @@ def rectangle_row(width: float, length: float, count: int, pitch: float | None =
 
     Returns
     -------
-    tuple of (sign, Loop)
+    tuple of (sign, WireLoop)
         The rectangle nearest the origin (the right one of two) has sign +1.
 
     Source: report, Appendix F, 5.1 (one phase of the winding).
@@ -34,6 +34,6 @@ def rectangle_row(width: float, length: float, count: int, pitch: float | None =
         raise InputError(
             f"the pitch of a row must be positive; got {step!r} m. Give the distance between coil centres."
         )
-    coil = Loop.rectangle(width, length)
+    coil = WireLoop.rectangle(width, length)
     middle = count // 2
     return tuple(((-1.0) ** (i - middle), coil.placed(((i - (count - 1) / 2) * step, 0.0, 0.0))) for i in range(count))

@@ -15,7 +15,7 @@ import numpy as np
 
 from workbench.compiled import Buffered, compile_function
 from workbench.errors import InputError
-from workbench.physics.coils.loop import Loop
+from workbench.physics.coils.loop import WireLoop
 from workbench.physics.forces.elementwise import CASADI, elementwise
 from workbench.physics.forces.energy import CoilSet, clearance, energy_parts, pair_energy, placed_in_corner
 from workbench.physics.forces.law import Tangent
@@ -162,12 +162,12 @@ class CornerLaw:
             )
 
 
-def pair_coefficients(coil: Loop, other: Loop, width: float, gap, gap_lateral, roll, order: int = 8):
+def pair_coefficients(coil: WireLoop, other: WireLoop, width: float, gap, gap_lateral, roll, order: int = 8):
     """Force and own-axis moment on one coil by the images of another (or of itself), both rigidly joined.
 
     Parameters
     ----------
-    coil, other : Loop
+    coil, other : WireLoop
         Both given about the centre of `coil`; numeric.
     width : float
         Of `coil` [m].
@@ -185,7 +185,7 @@ def pair_coefficients(coil: Loop, other: Loop, width: float, gap, gap_lateral, r
 
 
 @cache
-def _pair(coil: Loop, other: Loop, width: float, order: int) -> ca.Function:
+def _pair(coil: WireLoop, other: WireLoop, width: float, order: int) -> ca.Function:
     gap, lateral, roll = pose = ca.SX.sym("h"), ca.SX.sym("hp"), ca.SX.sym("roll")
     fixed = [ca.SX.sym(f"{name}_other") for name in ("h", "hp", "roll")]
     energy = pair_energy(

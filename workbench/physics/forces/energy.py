@@ -15,7 +15,7 @@ import casadi as ca
 from workbench.errors import InputError
 from workbench.physics.coils.images import corner_images
 from workbench.physics.coils.inductance import mutual_inductance
-from workbench.physics.coils.loop import Loop
+from workbench.physics.coils.loop import WireLoop
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -54,21 +54,21 @@ class CoilSet:
         object.__setattr__(self, "control_offset", offset)
 
     @property
-    def main(self) -> Loop:
+    def main(self) -> WireLoop:
         """The main coil about its own centre."""
-        return Loop.rectangle(self.width, self.length)
+        return WireLoop.rectangle(self.width, self.length)
 
     @property
-    def control(self) -> Loop:
+    def control(self) -> WireLoop:
         """The control coil about the main coil's centre."""
-        return Loop.rectangle(self.control_width, self.control_length).placed(self.control_offset)
+        return WireLoop.rectangle(self.control_width, self.control_length).placed(self.control_offset)
 
 
 REPORT_COILS = CoilSet(width=0.5, length=3.0, control_width=0.5, control_length=3.0, control_offset=(0.0, 0.0, -0.1))
 """The 0.5 m by 3.0 m coils of the report, control coil 0.1 m below (A.3)."""
 
 
-def energy_parts(main: Loop, control: Loop, order: int = 8) -> tuple:
+def energy_parts(main: WireLoop, control: WireLoop, order: int = 8) -> tuple:
     """W0, W1 and W2 [H] of two placed loops: energy of the set is (W0 + α W1 + α² W2) times ampere-turns squared.
 
     W0 = ½ Σ s M(main, image of main), W1 = Σ s M(main, image of control), W2 = ½ Σ s M(control, image of control).
@@ -83,17 +83,17 @@ def energy_parts(main: Loop, control: Loop, order: int = 8) -> tuple:
     )
 
 
-def pair_energy(coil: Loop, other: Loop, order: int = 8):
+def pair_energy(coil: WireLoop, other: WireLoop, order: int = 8):
     """Energy [H] of one coil in the field of another coil's images, Σ s M(coil, image of other): hold `other` fixed and
     its derivative by the coil's pose is the force on the coil."""
     return _image_energy(coil, other, order)
 
 
-def _image_energy(coil: Loop, other: Loop, order: int):
+def _image_energy(coil: WireLoop, other: WireLoop, order: int):
     return sum((sign * mutual_inductance(coil, image, order) for sign, image in corner_images(other)), 0.0)
 
 
-def placed_in_corner(loop: Loop, width, gap, gap_lateral, roll=0.0, pitch=0.0, yaw=0.0) -> Loop:
+def placed_in_corner(loop: WireLoop, width, gap, gap_lateral, roll=0.0, pitch=0.0, yaw=0.0) -> WireLoop:
     """A loop given about the main coil's centre, at a pose in the corner; `width` is the main coil's [m]."""
     return loop.placed((0.0, gap_lateral + width / 2, gap), roll=roll, pitch=pitch, yaw=yaw)
 

@@ -1,6 +1,6 @@
 """Level flight on magnets: the gap at which the weight is carried, the speed that takes, and the drag it costs.
 
-    Levitation, speed, physics  -->  trim (current or gap held)  -->  Trim with its force law
+    Levitation, speed, physics  -->  trim (current or gap held)  -->  LevelFlight with its force law
                                      lift_off_speed   drag_at   drag_peak
 
 Forces are those of one coil set times the number of sets; sets do not feel each other (report, A.2).
@@ -61,7 +61,7 @@ REPORT_LEVITATION = Levitation()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
-class Trim(Result):
+class LevelFlight(Result):
     """Straight level flight at one speed, no control current.
 
     speed [m/s], gap [m], current [A], drag of the vehicle [N], lift_to_drag of the vehicle [1], law of one coil set.
@@ -86,7 +86,7 @@ class Trim(Result):
 
 def trim(
     speed: float, physics: str = "scaled", hold: str = "current", levitation: Levitation = REPORT_LEVITATION
-) -> Trim:
+) -> LevelFlight:
     """Gap and current at which the vehicle flies at a speed.
 
     Parameters
@@ -118,7 +118,7 @@ def trim(
         flying = replace(levitation, gap=_trim_gap(speed, physics, levitation))
     law = flying.law(speed, physics)
     drag = flying.sets * law.drag(0.0, 0.0, 0.0, 0.0)
-    return Trim(
+    return LevelFlight(
         speed=speed, gap=flying.gap, current=flying.current, drag=drag, lift_to_drag=flying.weight / drag, law=law
     )
 

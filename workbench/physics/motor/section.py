@@ -12,7 +12,7 @@ from functools import lru_cache
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.physics.coils import Loop, mutual_inductance
+from workbench.physics.coils import WireLoop, mutual_inductance
 from workbench.physics.motor.dq import DqMotor
 from workbench.physics.motor.winding import REPORT_WINDING, Winding
 from workbench.result import Result, Row
@@ -175,7 +175,7 @@ def _synchronous_inductance(winding: Winding, distance: float) -> float:
 
     Phases lie `distance` above each other where they cross, as wound conductors do.
     """
-    coil = Loop.rectangle(winding.width, winding.length)  # coil axes: x along the track, z normal
+    coil = WireLoop.rectangle(winding.width, winding.length)  # coil axes: x along the track, z normal
 
     def row(shift: float) -> float:
         total = 0.0

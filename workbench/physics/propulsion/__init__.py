@@ -16,7 +16,7 @@ from workbench.physics.propulsion.optimal import optimised_schedule
 from workbench.physics.propulsion.overview import PropulsionOverview, propulsion_overview
 from workbench.physics.propulsion.power_corner import least_power_schedule
 from workbench.physics.propulsion.rating import MotorRating, coils_for, fuel_fraction
-from workbench.physics.propulsion.schedule import Demand, Schedule, Stretch
+from workbench.physics.propulsion.schedule import Demand, SpeedSchedule, Stretch
 
 __all__ = [
     "ATHERTON",
@@ -30,8 +30,8 @@ __all__ = [
     "MotorRating",
     "NoiseBudget",
     "PropulsionOverview",
-    "Schedule",
     "Source",
+    "SpeedSchedule",
     "Step",
     "Stretch",
     "at_distance",

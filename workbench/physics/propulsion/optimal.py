@@ -17,12 +17,12 @@ import numpy as np
 from workbench.errors import InfeasibleError, InputError
 from workbench.physics.propulsion.drag import drag_curves
 from workbench.physics.propulsion.power_corner import fastest
-from workbench.physics.propulsion.schedule import Demand, Schedule
+from workbench.physics.propulsion.schedule import Demand, SpeedSchedule
 
 SLOWEST = 1e-6  # smallest acceleration over the largest possible; keeps 1/a finite while IPOPT searches
 
 
-def optimised_schedule(demand: Demand, *, elements: int = 400) -> Schedule:
+def optimised_schedule(demand: Demand, *, elements: int = 400) -> SpeedSchedule:
     """The schedule of least peak power by optimisation.
 
     Parameters
@@ -33,7 +33,7 @@ def optimised_schedule(demand: Demand, *, elements: int = 400) -> Schedule:
 
     Returns
     -------
-    Schedule
+    SpeedSchedule
         With an empty `stretches`. 400 elements agree with `least_power_schedule` to 2e-5 on the report's vehicle;
         less where most of the time goes into the last elements, with a time far beyond what is needed.
 
@@ -70,7 +70,7 @@ def optimised_schedule(demand: Demand, *, elements: int = 400) -> Schedule:
     rates = np.stack([1 / a, v / a])  # dt/dv, dx/dv
     steps = (rates[:, 1:] + rates[:, :-1]) / 2 * np.diff(v)
     times, positions = np.hstack([np.zeros((2, 1)), np.cumsum(steps, axis=1)])
-    return Schedule(
+    return SpeedSchedule(
         demand=demand,
         method="optimised",
         peak_power=peak,

@@ -11,7 +11,7 @@ from workbench.physics.propulsion.magnet import ATHERTON, IWASA, MagnetMass, mag
 from workbench.physics.propulsion.optimal import optimised_schedule
 from workbench.physics.propulsion.power_corner import least_power_schedule
 from workbench.physics.propulsion.rating import REPORT_MOTOR, MotorRating
-from workbench.physics.propulsion.schedule import Demand, Schedule
+from workbench.physics.propulsion.schedule import Demand, SpeedSchedule
 from workbench.result import Result, Row
 
 MASS = 45_400.0  # [kg]; this and the next five: report, Appendix F, 3.1 and 3.2
@@ -33,7 +33,7 @@ class PropulsionOverview(Result):
     curves: DragCurves  # over lift-off to cruise, 1 m/s apart or closer
     cruise_power: float  # [W]
     constant: AccelerationRun  # lift-off to cruise at constant acceleration
-    schedule: Schedule  # lift-off to cruise with the least peak power
+    schedule: SpeedSchedule  # lift-off to cruise with the least peak power
     optimised_peak_power: float | None  # the same by IPOPT [W], if asked for
     motor: MotorRating
     cruise_current: float  # [A-turns]

@@ -24,13 +24,13 @@ import numpy as np
 from workbench.errors import InfeasibleError
 from workbench.physics.propulsion.drag import constant_acceleration, drag_curves
 from workbench.physics.propulsion.quantity import count
-from workbench.physics.propulsion.schedule import Demand, Schedule, Stretch
+from workbench.physics.propulsion.schedule import Demand, SpeedSchedule, Stretch
 
 MEASURES = ("time", "distance")  # in the order of every (time, distance) pair below
 CLOSEST = 1e-12  # margin over least power at which the search ends: four digits above the power's rounding
 
 
-def least_power_schedule(demand: Demand, *, samples: int = 100) -> Schedule:
+def least_power_schedule(demand: Demand, *, samples: int = 100) -> SpeedSchedule:
     """The schedule of least peak power.
 
     Parameters
@@ -41,7 +41,7 @@ def least_power_schedule(demand: Demand, *, samples: int = 100) -> Schedule:
 
     Returns
     -------
-    Schedule
+    SpeedSchedule
         Figures good to about ten digits. Where even a power 1e-12 (relative) above the final speed's drag power meets
         the demand, that one is returned, and time or distance stay below what is allowed.
 
@@ -192,7 +192,7 @@ def _slope(demand: Demand, margin: float) -> float:
     return -_at_power_limit(demand, margin, MEASURES.index(demand.measure), start, end, degree=2)
 
 
-def _sampled(demand: Demand, margin: float, marginal: float | None, samples: int) -> Schedule:
+def _sampled(demand: Demand, margin: float, marginal: float | None, samples: int) -> SpeedSchedule:
     """The schedule at `samples` points per stretch, each with its time and position."""
     power = demand.least_power + margin
     stretches, speeds = [], [np.array([demand.initial_speed])]
@@ -212,7 +212,7 @@ def _sampled(demand: Demand, margin: float, marginal: float | None, samples: int
     v = np.concatenate(speeds)
     drag = drag_curves(demand.law, v, mass=demand.mass).drag
     thrusts = np.minimum(np.minimum(demand.mass * demand.acceleration_limit + drag, demand.thrust_limit), power / v)
-    return Schedule(
+    return SpeedSchedule(
         demand=demand,
         method="power corner",
         peak_power=power,

@@ -1,7 +1,7 @@
 """What a speed schedule is asked for and what it turned out to be.
 
     Demand (law, mass, speeds, limits, time or distance) ──► least_power_schedule (power_corner.py, by its shape)
-                                                       └───► optimised_schedule   (optimal.py, IPOPT) ──► Schedule
+                                                       └───► optimised_schedule   (optimal.py, IPOPT) ──► SpeedSchedule
 
 The question: from one speed to a higher one within a time or a distance, with bounded acceleration and thrust; which
 schedule needs the smallest peak power? Level track, no wind, a point mass: m dv/dt = thrust − drag(v).
@@ -118,7 +118,7 @@ class Stretch:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
-class Schedule(Result):
+class SpeedSchedule(Result):
     """A speed schedule, sampled; every array : (n,).
 
     `marginal_power` is the slope of the peak power against the allowed time [W/s] or distance [W/m]; negative.

@@ -20,7 +20,7 @@ from workbench.verify.family import sensitivity as box_sensitivity
 from workbench.verify.family.enclosure import Enclosure as Enclosure
 from workbench.verify.family.enclosure import Proof as Proof
 from workbench.verify.family.enclosure import enclosed, sampled
-from workbench.verify.family.polynomial import Box, Family, Point, rational
+from workbench.verify.family.polynomial import Family, ParameterBox, Point, rational
 from workbench.verify.family.search import Piece, Search, search
 from workbench.verify.family.sensitivity import SensitivityFamily, excess_form, peak_at
 from workbench.verify.family.share import Shares, corners, middle, shares, volume
@@ -167,7 +167,7 @@ def _prove_region(family: Family, zeta: fmpq, sigma: fmpq, most: int, budget: fl
     return _proof(found, float(1 - free), met[0] if met else None)
 
 
-def _cut(found: Search, box: Box) -> Shares:
+def _cut(found: Search, box: ParameterBox) -> Shares:
     return shares([piece.place[:-1] for piece in found.left], len(box.names))
 
 

@@ -30,7 +30,7 @@ def rational(value: object) -> fmpq:
 
 
 @dataclass(frozen=True, slots=True)
-class Box:
+class ParameterBox:
     """Intervals of named parameters; bounds become exact rationals ("0.85" is 17/20)."""
 
     names: tuple[str, ...]
@@ -52,8 +52,8 @@ class Box:
                 )
 
     @classmethod
-    def of(cls, **bounds: tuple[object, object]) -> "Box":
-        """Box.of(mass=("0.85", "1.15"), …)."""
+    def of(cls, **bounds: tuple[object, object]) -> "ParameterBox":
+        """ParameterBox.of(mass=("0.85", "1.15"), …)."""
         lower, upper = zip(*bounds.values(), strict=True)
         return cls(tuple(bounds), lower, upper)  # type: ignore[arg-type]
 
@@ -79,7 +79,7 @@ class Family:
     coefficients : Bernstein coefficients of every c_k on the box; parameters in order, k fastest
     """
 
-    box: Box
+    box: ParameterBox
     degrees: tuple[int, ...]
     order: int
     coefficients: tuple[fmpq, ...]
@@ -115,7 +115,7 @@ def characteristic(
     return sample
 
 
-def interpolate(sample: Sampler, box: Box, degrees: Sequence[int]) -> tuple[Family, ...]:
+def interpolate(sample: Sampler, box: ParameterBox, degrees: Sequence[int]) -> tuple[Family, ...]:
     """Families through the values of several polynomials in s on the grid of a box.
 
     sample : θ -> polynomials in s, each coefficient a polynomial in θ of at most the given degrees
@@ -146,7 +146,7 @@ def interpolate(sample: Sampler, box: Box, degrees: Sequence[int]) -> tuple[Fami
 
 
 def multiaffine(
-    matrix: Callable[[Point], fmpq_mat], box: Box, inverse: Sequence[str] = ()
+    matrix: Callable[[Point], fmpq_mat], box: ParameterBox, inverse: Sequence[str] = ()
 ) -> Callable[[Point], fmpq_mat]:
     """The same matrix function from its corner values, for one affine in each parameter, or in 1/parameter (`inverse`).
 
@@ -189,7 +189,7 @@ def multiaffine(
     return evaluate
 
 
-def _through(values: Sequence[Sequence[fmpq_poly]], box: Box, degrees: tuple[int, ...]) -> tuple[Family, ...]:
+def _through(values: Sequence[Sequence[fmpq_poly]], box: ParameterBox, degrees: tuple[int, ...]) -> tuple[Family, ...]:
     """The families through values on the grid, all of the same degrees: the smallest possible."""
     order = max(p.degree() for v in values for p in v)
     count = len(values[0])

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from flint import fmpq, fmpq_mat, fmpq_poly
 
 from workbench.verify.exact.sensitivity import roots_from_zero
-from workbench.verify.family.polynomial import Box, Point, rational
+from workbench.verify.family.polynomial import ParameterBox, Point, rational
 from workbench.verify.family.sensitivity import SensitivityFamily, sensitivity_family
 
 ZERO = fmpq(0)
@@ -80,7 +80,7 @@ def schedule_family(
     schedule: GainSchedule,
     degree: int,
     *,
-    box: Box | None = None,
+    box: ParameterBox | None = None,
     degrees: Sequence[int] = (),
     multiplier: Callable[[fmpq, Gains, Point], fmpq] | None = None,
     lengths: Sequence[fmpq] = (),
@@ -92,7 +92,7 @@ def schedule_family(
     degrees : bounds for the parameters of the box
     """
     names, lower, upper = (box.names, box.lower, box.upper) if box else ((), (), ())
-    whole = Box((schedule.variable, *names), (schedule.lower, *lower), (schedule.upper, *upper))
+    whole = ParameterBox((schedule.variable, *names), (schedule.lower, *lower), (schedule.upper, *upper))
 
     def at(theta: Point) -> tuple[fmpq_mat, fmpq_mat, fmpq_mat]:
         return loop(theta[0], schedule.at(theta[0]), theta[1:])

@@ -20,7 +20,7 @@ from workbench.verify.exact.polynomial import size_squared
 from workbench.verify.family.exclusion import frequency_exponent
 from workbench.verify.family.form import Form
 from workbench.verify.family.lanes import VALUE
-from workbench.verify.family.polynomial import Box, Family, Point, interpolate, rational
+from workbench.verify.family.polynomial import Family, ParameterBox, Point, interpolate, rational
 from workbench.verify.family.search import Refuted
 
 BITS = VALUE + 24  # of the polynomials before they are squared
@@ -41,7 +41,7 @@ class SensitivityFamily:
     weights: tuple[fmpq, ...]
 
     @property
-    def box(self) -> Box:
+    def box(self) -> ParameterBox:
         """The parameters."""
         return self.p.box
 
@@ -53,7 +53,7 @@ class SensitivityFamily:
 
 def sensitivity_family(
     loop: Callable[[Point], tuple[fmpq_mat, fmpq_mat, fmpq_mat]],
-    box: Box,
+    box: ParameterBox,
     degrees: Sequence[int],
     multiplier: Callable[[Point], fmpq] | None = None,
     lengths: Sequence[fmpq] = (),

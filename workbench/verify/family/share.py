@@ -10,7 +10,7 @@ from itertools import product
 
 from flint import fmpq
 
-from workbench.verify.family.polynomial import Box, Point
+from workbench.verify.family.polynomial import ParameterBox, Point
 from workbench.verify.family.search import Interval
 
 Cell = tuple[Interval, ...]
@@ -30,12 +30,12 @@ def volume(cell: Cell) -> Fraction:
     return Fraction(1, 2 ** sum(depth for _, depth in cell))
 
 
-def middle(box: Box, cell: Cell) -> Point:
+def middle(box: ParameterBox, cell: Cell) -> Point:
     """The point of the box at the middle of a cell."""
     return box.point([fmpq(2 * k + 1, 2 ** (d + 1)) for k, d in cell])
 
 
-def corners(box: Box, cell: Cell) -> list[Point]:
+def corners(box: ParameterBox, cell: Cell) -> list[Point]:
     """Middle and corners of a cell."""
     ends = product(*((fmpq(k, 2**d), fmpq(k + 1, 2**d)) for k, d in cell))
     return [middle(box, cell), *(box.point(corner) for corner in ends)]

@@ -40,7 +40,7 @@ PRINTED: Mapping[str, fmpq] = {}
 
 
 @dataclass(frozen=True, slots=True)
-class Loop:
+class GroupLoop:
     """The closed loop of a group.
 
     system : inputs of the plant other than commands, `error_<sensor>`, `pattern_k` (command errors); outputs of the
@@ -64,7 +64,9 @@ class Loop:
         return self.system.select(self.patterns, self.patterns)
 
 
-def closed_loop(table: Table, group: str, theta: Mapping[str, fmpq] = PRINTED, *, kept: Collection[str] = ()) -> Loop:
+def closed_loop(
+    table: Table, group: str, theta: Mapping[str, fmpq] = PRINTED, *, kept: Collection[str] = ()
+) -> GroupLoop:
     """The closed loop of "heave_pitch", "sway_roll_yaw", "heave" (pitch held) or "all", as printed or at factors theta.
 
     Raises
@@ -88,7 +90,7 @@ def closed_loop(table: Table, group: str, theta: Mapping[str, fmpq] = PRINTED, *
         gains |= {gain: factor[name] * gains[gain] for gain in scaled}
     Ac, Bc, Cc, Dc = law.controller(gains, GROUPS[group].channels, kept)
     onto = _projection(patterns, lengths)
-    return Loop(
+    return GroupLoop(
         group, _interconnected(alone, (Ac, Bc, onto * Cc, onto * Dc), names, law.sensors), names, tuple(lengths)
     )
 

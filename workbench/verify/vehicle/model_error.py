@@ -26,7 +26,7 @@ from workbench.verify.exact.system import matrix, part
 from workbench.verify.family.exclusion import frequency_exponent
 from workbench.verify.family.form import Form
 from workbench.verify.family.lanes import VALUE
-from workbench.verify.family.polynomial import Box, Family, Point, interpolate
+from workbench.verify.family.polynomial import Family, ParameterBox, Point, interpolate
 from workbench.verify.family.search import search
 from workbench.verify.family.sensitivity import positive
 from workbench.verify.vehicle.law import GROUPS
@@ -141,7 +141,7 @@ class ModelError:
             out += [over(row, columns[j], seen.D[i, j]) for i, row in enumerate(commands) for j in range(J)]
             return out + [over(row, columns[J + q]) for row in signals for q in range(m)]
 
-        box = Box(loop.box.names, loop.box.lower, loop.box.upper)
+        box = ParameterBox(loop.box.names, loop.box.lower, loop.box.upper)
         p, *rest = interpolate(sample, box, (loop.degree_with_loads,))
         shapes = {"G": (L, J), "T1": (m, J), "T2": (L, m)}
         parts, start = {}, 0

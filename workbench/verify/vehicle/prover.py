@@ -17,7 +17,7 @@ from workbench.verify.exact.sensitivity import Peak
 from workbench.verify.exact.uniform_delay import uniform_margin
 from workbench.verify.exact.variance import PRECISION, Stationary
 from workbench.verify.vehicle.kind import CURRENTS, MOTOR_CURRENT, PEAK, UNIFORM, called
-from workbench.verify.vehicle.loop import Loop, closed_loop
+from workbench.verify.vehicle.loop import GroupLoop, closed_loop
 from workbench.verify.vehicle.response import Driven, driven, ends, noise_squares, sensor_noise, static_gains
 from workbench.verify.vehicle.scheduled import SPEED, ScheduledLoop
 from workbench.verify.vehicle.table import Certificate, Table
@@ -37,7 +37,7 @@ class Prover:
 
     def __init__(self, table: Table) -> None:
         self.table = table
-        self._loops: dict[str, Loop] = {}
+        self._loops: dict[str, GroupLoop] = {}
         self._discs: dict[str, list] = {}
         self._peaks: dict[str, Peak] = {}
         self._noise: dict[str, Stationary] = {}
@@ -101,7 +101,7 @@ class Prover:
             raise NotProved(NO_CERTIFICATE)
         return self.table.certificate
 
-    def loop(self, group: str) -> Loop:
+    def loop(self, group: str) -> GroupLoop:
         """The closed loop of a group."""
         if group not in self._loops:
             self._loops[group] = closed_loop(self.table, group)
@@ -113,7 +113,7 @@ class Prover:
             self._discs[group] = pole.poles(self.loop(group).A)
         return self._discs[group]
 
-    def stable_loop(self, group: str) -> Loop:
+    def stable_loop(self, group: str) -> GroupLoop:
         """The closed loop of a group, proved stable."""
         pole.require_stable(self.poles(group))
         return self.loop(group)

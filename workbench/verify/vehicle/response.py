@@ -16,7 +16,7 @@ from workbench.verify.exact.failure import NotProved, TableError
 from workbench.verify.exact.system import matrix, part, stacked, zeros
 from workbench.verify.exact.variance import PRECISION, Stationary, intensity
 from workbench.verify.vehicle.law import Law
-from workbench.verify.vehicle.loop import Loop
+from workbench.verify.vehicle.loop import GroupLoop
 from workbench.verify.vehicle.table import Guideway, Sensors, Spectrum
 
 UNMOVED = fmpq(1, 10**12)  # of the largest input: a type that moves a group less is rounding of an exact zero
@@ -56,7 +56,7 @@ def ends(law: Law) -> tuple[int, int]:
     return max(right)[1], min(right)[1]
 
 
-def driven(loop: Loop, positions: Sequence[tuple[fmpq, fmpq]], guideway: Guideway) -> Driven:
+def driven(loop: GroupLoop, positions: Sequence[tuple[fmpq, fmpq]], guideway: Guideway) -> Driven:
     """The stable loop of a group on the guideway, which reaches the coil sets at their positions (x, y)."""
     n, system = len(positions), loop.system
     if sum(name.startswith("zeta_") for name in system.inputs) != n and "zeta_rate_1" not in system.inputs:
@@ -122,7 +122,7 @@ def shaping(spectrum: Spectrum, speed: fmpq) -> tuple[fmpq_mat, list[fmpq]]:
     return A, signal
 
 
-def sensor_noise(loop: Loop, law: Law, sensors: Sensors) -> Stationary:
+def sensor_noise(loop: GroupLoop, law: Law, sensors: Sensors) -> Stationary:
     """The covariance of the loop's state from white noise of all sensors alone."""
     inputs = [f"error_{name}" for name in law.sensors]
     seen = loop.system.select(inputs, ())
@@ -132,7 +132,7 @@ def sensor_noise(loop: Loop, law: Law, sensors: Sensors) -> Stationary:
         return Stationary(loop.A, arb_mat(weighted * seen.B.transpose()))
 
 
-def noise_squares(loop: Loop, law: Law, state: Stationary, names: Sequence[str]) -> list[arb]:
+def noise_squares(loop: GroupLoop, law: Law, state: Stationary, names: Sequence[str]) -> list[arb]:
     """Mean squares of named outputs under sensor noise; NotProved where noise reaches one directly."""
     seen = loop.system.select([f"error_{name}" for name in law.sensors], names)
     if any(e != 0 for e in seen.D.entries()):
@@ -141,7 +141,7 @@ def noise_squares(loop: Loop, law: Law, state: Stationary, names: Sequence[str])
         return [state.mean_square([arb(e) for e in row]) for row in seen.C.tolist()]
 
 
-def static_gains(loop: Loop, law: Law, names: Sequence[str]) -> fmpq_mat:
+def static_gains(loop: GroupLoop, law: Law, names: Sequence[str]) -> fmpq_mat:
     """(outputs, 2n) exact DC gains from the errors of the accelerometers, vertical then lateral."""
     inputs = [f"error_{kind}_{i + 1}" for kind in ("acceleration_z", "acceleration_y") for i in range(law.count)]
     seen = loop.system.select(inputs, names)

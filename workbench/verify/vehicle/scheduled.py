@@ -18,7 +18,7 @@ from flint import fmpq, fmpq_mat
 
 from workbench.verify.exact.failure import NotProved, TableError
 from workbench.verify.exact.system import matrix
-from workbench.verify.family.polynomial import Box, Family, Point
+from workbench.verify.family.polynomial import Family, ParameterBox, Point
 from workbench.verify.family.schedule import GainSchedule, schedule_family
 from workbench.verify.family.sensitivity import SensitivityFamily
 from workbench.verify.reading import decimal, entries_of, keyed, mapping, number, text_of
@@ -75,7 +75,7 @@ class ScheduledLoop:
         others = {name: interval for name, interval in intervals.items() if name != SPEED}
         self._factors = Factors(table, group, others)
         own = self._factors.box
-        self.box = Box((SPEED, *own.names), (low, *own.lower), (high, *own.upper))
+        self.box = ParameterBox((SPEED, *own.names), (low, *own.lower), (high, *own.upper))
         self.table, self.group, self.physics = table, group, certificate.physics
 
     @cached_property

@@ -28,7 +28,7 @@ from workbench.verify.family.box import (
     smallest_peak,
 )
 from workbench.verify.family.exclusion import damping, decay
-from workbench.verify.family.polynomial import Box, Family, Point, characteristic, interpolate, multiaffine
+from workbench.verify.family.polynomial import Family, ParameterBox, Point, characteristic, interpolate, multiaffine
 from workbench.verify.family.sensitivity import SensitivityFamily, peak_at, sensitivity_family
 from workbench.verify.vehicle.degree import degrees_of
 from workbench.verify.vehicle.law import CHANNELS, GROUPS
@@ -47,7 +47,7 @@ class UncertainFamily(Protocol):
     """What a proof over a box asks of a loop."""
 
     @property
-    def box(self) -> Box: ...  # the parameters
+    def box(self) -> ParameterBox: ...  # the parameters
 
     @property
     def poles(self) -> Family: ...  # the characteristic polynomial, times something positive
@@ -90,7 +90,7 @@ class Factors:
         self.names = tuple(name for name in intervals if self._degree.get(name, 0) > 0)
         self.divide = tuple(name for name in self.names if name == "mass" or name.endswith("inertia"))
         lower, upper = (tuple(intervals[name][k] for name in self.names) for k in range(2))
-        self.box = refused(lambda: Box(self.names, lower, upper))
+        self.box = refused(lambda: ParameterBox(self.names, lower, upper))
         if any(low <= 0 for name, low in zip(self.names, lower, strict=True) if name in self.divide):
             raise NotProved("a box must keep mass and inertias positive")
 
