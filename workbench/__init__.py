@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     )  # fmt: skip
     from workbench.control.structure.space import expression, modal_law, state_space, transfer_function
     from workbench.control.structure.structure import Structure
-    from workbench.design.asked import analyse, margins, robust, trade_off
+    from workbench.design.asked import analyse, margins, robust, simulate, trade_off
     from workbench.design.design import design
     from workbench.design.problem import Problem
     from workbench.design.scheduled import schedule_design as schedule
@@ -54,7 +54,7 @@ FACE = {
     "trade_off": ("design.asked", "trade_off"),
     "analyse": ("design.asked", "analyse"),
     "margins": ("design.asked", "margins"),
-    "simulate": ("simulation.simulate", "simulate"),
+    "simulate": ("design.asked", "simulate"),
     "verify": ("verify.check", "verify"),
     "complete": ("handover.complete", "complete"),
     "read_table": ("handover.table.table", "read_table"),
@@ -83,6 +83,7 @@ DOORS = {
     "table": ("handover.table.table", "table_of"),
     "export": ("handover.code.formats", "exported"),
     "plot": ("plots.goal", "plot_design"),
+    "histories": ("plots.loop", "plot_simulation"),
 }
 
 

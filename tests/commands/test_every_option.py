@@ -47,7 +47,13 @@ def places(tmp_path):
     for name in ("data.toml", "approved.json", "problem.py"):
         shutil.copy(shipped_problems()["heave"] / name, tmp_path / "own" / name)
     (tmp_path / "own.toml").write_text(STUDY.replace('"heave"', '"own"'))
-    return {"STUDY": tmp_path / "one.toml", "OWN": tmp_path / "own.toml", "ELSEWHERE": tmp_path / "elsewhere"}
+    (tmp_path / "kp.toml").write_text("Kp = 15.0\n")
+    return {
+        "KP": tmp_path / "kp.toml",
+        "STUDY": tmp_path / "one.toml",
+        "OWN": tmp_path / "own.toml",
+        "ELSEWHERE": tmp_path / "elsewhere",
+    }
 
 
 def placed(part: str, places: dict[str, Path]) -> str:

@@ -13,6 +13,7 @@ from workbench.commands.new import new
 from workbench.commands.problems import problems
 from workbench.commands.propulsion import noise, propulsion
 from workbench.commands.reproduce import reproduce
+from workbench.commands.simulate import simulate
 from workbench.commands.study import study
 from workbench.commands.verify import verify
 
@@ -22,6 +23,7 @@ COMMANDS: list[Callable] = [
     design,
     analyse,
     compare,
+    simulate,
     model,
     forces,
     motor,

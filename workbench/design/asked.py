@@ -1,7 +1,7 @@
 """What is asked of a problem or a design by name, whether it flies or not.
 
 problem or design --analyse--> poles, verdicts, margins; a vehicle's ride too
-                  --margins--> every break point of every loop
+                  --margins--> every break point of every loop   --simulate--> histories after steps
                   --robust---> parameters for a box of models        --trade_off--> cost over one limit
 """
 
@@ -15,6 +15,7 @@ from workbench.design.design import FEW, STARTS, method_of
 from workbench.design.loop_margins import LoopMargins
 from workbench.design.nonsmooth import SECONDS
 from workbench.design.plant_analysis import PlantAnalysis, plant_analysis
+from workbench.design.plant_simulation import PlantSimulation, simulate_plant
 from workbench.design.plant_tradeoff import PlantTradeOff, plant_trade_off
 from workbench.design.problem import Problem
 from workbench.design.record import Design, Start, given, printed
@@ -25,6 +26,12 @@ from workbench.design.tuner.robust import tune_robust
 from workbench.design.variation import STANDARD_BOX, Box, Variation
 from workbench.errors import InputError
 from workbench.result import Result, Row
+from workbench.simulation.course import Course
+from workbench.simulation.history import History
+from workbench.simulation.load import Failure, Load
+from workbench.simulation.response import INSTANTS, Step
+from workbench.simulation.rig import Rig
+from workbench.simulation.simulate import simulate as simulate_rig
 
 Values = Gains | Mapping[str, float]
 
@@ -47,6 +54,42 @@ def margins(given_one: Problem | Design, values: Values | None = None) -> LoopMa
     """
     problem, chosen = _chosen(given_one, values)
     return given(problem, chosen).margins()
+
+
+def simulate(
+    given_one: Problem | Design | Rig, duration: float | None = None, *, values: Values | None = None,
+    steps: Mapping[str, float | Step | Sequence[Step]] | None = None, outputs: Sequence[str] | None = None,
+    sample_time: float | None = None, computing_delay: float = 0.0, instants: int = INSTANTS,
+    course: Course | None = None, loads: Sequence[Load] = (), failure: Failure | None = None, seed: int | None = None,
+    keep_every: int = 1,
+) -> PlantSimulation | History:  # fmt: skip
+    """What happens over time: loops of a plant of one's own after steps, or a nonlinear vehicle on its way.
+
+    Parameters
+    ----------
+    given_one : a problem or design of a plant of one's own; or a rig, `simulation.Rig` of a vehicle
+    duration : [s]; of a plant until it has come to rest if left out
+    values, steps, outputs, sample_time, computing_delay, instants : of a plant, as of `simulate_plant`
+    course, loads, failure, seed, keep_every : of a rig, as of `simulation.simulate`
+    """
+    if isinstance(given_one, Rig):
+        if duration is None or steps is not None or outputs is not None or values is not None:
+            raise InputError("a rig takes a duration, and course, loads and failure in place of steps and outputs.")
+        return simulate_rig(
+            given_one, duration, course=course, loads=loads, failure=failure, seed=seed, keep_every=keep_every
+        )
+    if course is not None or loads or failure is not None or seed is not None or keep_every != 1:
+        raise InputError("course, loads, failure, seed and keep_every are of a vehicle's rig. Give steps instead.")
+    problem, chosen = _chosen(given_one, values)
+    if problem.flies:
+        raise InputError(
+            f"problem {problem.name!r} flies; its motion is simulated by a rig: "
+            "workbench.simulation.Rig(…), then wb.simulate(rig, duration)."
+        )
+    return simulate_plant(
+        problem, chosen if isinstance(chosen, Mapping) else chosen.as_dict(), steps=steps, outputs=outputs,
+        duration=duration, sample_time=sample_time, computing_delay=computing_delay, instants=instants,
+    )  # fmt: skip
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)

@@ -12,10 +12,9 @@ import numpy as np
 from workbench.analysis.loop_curve import LoopCurve
 from workbench.control.structure.block import Controller
 from workbench.control.structure.loop import Loop
-from workbench.errors import InputError
-from workbench.lti.exponential import advanced
 from workbench.lti.march import Lined, step_pieces
 from workbench.result import Result, Row
+from workbench.simulation.response import exponential, rolled
 
 POINTS = 801  # frequencies of a curve
 INSTANTS = 2001  # of a step looked at
@@ -66,14 +65,14 @@ def step_curve(loop: Loop, K: Controller, input: str, outputs: tuple[str, ...]) 
     end = LIFETIMES / decay if decay > 0 else LIFETIMES
     if h is not None:
         count = int(min(np.ceil(end / h), MOST_SAMPLES)) + 1
-        time, values = h * np.arange(count), _rolled(*channel.system(K), count)
+        time, values = h * np.arange(count), rolled(*channel.system(K), count)
     elif loop.model.delayed:
         pieces = step_pieces(Lined(*channel.lined_system(K), channel.late(K)))
         time = np.linspace(0.0, float(pieces.start[-1] + pieces.length[-1]), INSTANTS)
         values = pieces.at(time)[:, :, 0]
     else:
         time = np.linspace(0.0, end, INSTANTS)
-        values = _exponential(*channel.system(K), float(time[1]))
+        values = exponential(*channel.system(K), float(time[1]), INSTANTS)
     last = _settled(values)
     if h is not None:
         return StepCurve(model=loop.name, input=input, outputs=outputs, time=time[:last], values=values[:last])
@@ -88,19 +87,3 @@ def _settled(values: np.ndarray) -> int:
     away = (np.abs(values - values[-1]) > SETTLED * np.where(size > 0, size, 1.0)).any(axis=1)
     last = int(np.flatnonzero(away)[-1]) if away.any() else 0
     return min(len(values), max(int(1.3 * last) + 2, 20))
-
-
-def _exponential(A, B, C, D, step: float) -> np.ndarray:
-    """(INSTANTS, p) of a continuous system, from one matrix exponential."""
-    turn, pushed = advanced(A, B, step)
-    if not (np.isfinite(turn).all() and np.isfinite(pushed).all()):
-        raise InputError("step responses must be finite; the loop's matrices overflow. Check the values.")
-    return _rolled(turn, pushed, C, D, INSTANTS)
-
-
-def _rolled(A, B, C, D, count: int) -> np.ndarray:
-    x, out = np.zeros((len(A), 1)), np.empty((count, len(C)))
-    for k in range(count):
-        out[k] = (C @ x + D)[:, 0]
-        x = A @ x + B
-    return out

@@ -6,6 +6,8 @@ import numpy as np
 
 from workbench.analysis.loop_curve import LoopCurve
 from workbench.design.plant_curves import StepCurve
+from workbench.design.plant_simulation import PlantSimulation
+from workbench.simulation.response import Response
 
 
 def plot_bode(curve: LoopCurve, *, gain_frequencies: Sequence[float] = (), phase_frequencies=(), axes=None):
@@ -31,17 +33,39 @@ def plot_bode(curve: LoopCurve, *, gain_frequencies: Sequence[float] = (), phase
     return above, below
 
 
-def plot_steps(curve: StepCurve, *, ax=None):
-    """Responses of the outputs to a unit step at the input, over time; returns the Axes."""
+def plot_steps(curve: StepCurve | Response, *, ax=None):
+    """Responses of the outputs to what happens at the input, over time; returns the Axes."""
     import matplotlib.pyplot as plt
 
     ax = plt.subplots()[1] if ax is None else ax
+    sampled, unit = isinstance(curve, Response) and curve.sample_time is not None, isinstance(curve, StepCurve)
+    drawn = {"drawstyle": "steps-post"} if sampled else {}
     for name, column in zip(curve.outputs, curve.values.T, strict=True):
-        ax.plot(curve.time, column, label=name)
+        ax.plot(curve.time, column, label=name, **drawn)
     ax.grid(True, lw=0.5, alpha=0.4)
-    ax.set(xlabel="time [s]", title=f"Unit step at {curve.input}, {curve.model}")
+    ax.set(xlabel="time [s]", title=f"{'Unit step at ' if unit else ''}{curve.input}, {curve.model}")
     ax.legend(frameon=False)
     return ax
+
+
+def plot_simulation(simulation: PlantSimulation):
+    """Histories of every model's loop, each output in a row of its own scale; returns the Figure."""
+    import matplotlib.pyplot as plt
+
+    names, models = simulation.responses[0].outputs, simulation.responses
+    figure, rows = plt.subplots(
+        len(names), len(models), sharex="col", squeeze=False, layout="constrained",
+        figsize=(max(5.0, 3.6 * len(models)), 1.2 + 1.7 * len(names)),
+    )  # fmt: skip
+    for k, response in enumerate(models):
+        style = "default" if response.sample_time is None else "steps-post"
+        for ax, name in zip(rows[:, k], names, strict=True):
+            ax.plot(response.time, response[name], drawstyle=style, color="C0")
+            ax.grid(True, lw=0.5, alpha=0.4)
+            ax.set(ylabel=name)
+        rows[0, k].set(title=f"{response.model}: {response.input}"[:60])
+        rows[-1, k].set(xlabel="time [s]")
+    return figure
 
 
 def plot_poles(poles: Sequence[complex], *, damping: float | None = None, ax=None):

@@ -231,6 +231,8 @@ class Loop:
         try:
             return known_terms(text, known or [*self.points, *(BEFORE + p for p in self.points)], listed=self.points)
         except InputError as error:
+            if known is None:  # of a loop that stands: what comes from outside is named already
+                raise
             raise InputError(
                 f"{error} A reference must be named in Structure(…, references=…); signs of a sum stand between spaces."
             ) from None
