@@ -7,16 +7,18 @@ Wk alone makes a ride at 0.6 Hz look trivial: the rms below 1 Hz stands beside i
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from workbench.analysis.comfort import Boundary, Mask, boundary, worst_ratio
+from workbench.analysis.density import Psd
 from workbench.analysis.rail_comfort import mean_comfort, sperling
 from workbench.analysis.ride import Ride, ride
 from workbench.analysis.setting import Setting
 from workbench.analysis.spectra import response_spectra
 from workbench.control import Gains
-from workbench.result import Result, Row
+from workbench.result import Result, Row, plain
 
 EXPOSURE = "1 h"
 BAND_HZ = (0.01, 100.0)
@@ -42,16 +44,24 @@ class PointComfort(Result):
         ]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class ComfortSummary(Result):
-    """Comfort at every point and direction, and EN 12299's mean comfort index at each point.
+    """Comfort at every point and direction.
 
     boundary : names of the boundaries the mask ratios refer to, by direction (ISO 2631:1974 values, unverified)
     """
 
     points: tuple[PointComfort, ...]
-    mean_comfort: Mapping[str, float]
     boundary: Mapping[str, str]
+    _felt: Mapping[str, tuple[Psd, Psd]]  # vertical and lateral at each point that has both
+
+    @cached_property
+    def mean_comfort(self) -> Mapping[str, float]:
+        """EN 12299's mean comfort index N_MV at each point that feels both directions."""
+        return {point: mean_comfort(*both).index for point, both in self._felt.items()}
+
+    def to_dict(self) -> dict[str, object]:
+        return {**plain(self), "mean_comfort": plain(self.mean_comfort)}
 
     def worst_ratio(self, direction: str) -> tuple[float, str]:
         """Largest ratio of a PSD to the boundary in one direction, and where."""
@@ -95,6 +105,6 @@ def comfort_summary(setting: Setting, gains: Gains) -> ComfortSummary:
     both = [p for p in setting.points if (p, "vertical") in felt and (p, "lateral") in felt]
     return ComfortSummary(
         points=tuple(points),
-        mean_comfort={p: mean_comfort(felt[p, "vertical"], felt[p, "lateral"]).index for p in both},
         boundary={direction: mask.name for direction, mask in masks.items()},
+        _felt={p: (felt[p, "vertical"], felt[p, "lateral"]) for p in both},
     )

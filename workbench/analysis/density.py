@@ -6,7 +6,7 @@
 One-sided, per hertz. An array is a straight line on log-log paper between its points, linear beside a zero.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from workbench.errors import InputError
 
 Psd = Callable[[np.ndarray], np.ndarray] | tuple[np.ndarray, np.ndarray]
 
+NODES = np.polynomial.legendre.leggauss(5)
 LOW_HZ, HIGH_HZ = 0.01, 200.0  # of a PSD given as a function: a decade below Wf's band, an octave above Wk's
 
 
@@ -35,8 +36,12 @@ def band(psd: Psd, low_hz: float | None, high_hz: float | None) -> tuple[float, 
     return max(low, inside[0]), min(high, inside[1])
 
 
-def samples(psd: Psd, low_hz: float | None = None, high_hz: float | None = None) -> tuple[np.ndarray, ...]:
+def samples(
+    psd: Psd, low_hz: float | None = None, high_hz: float | None = None, *, cuts: Sequence[float] | np.ndarray = ()
+) -> tuple[np.ndarray, ...]:
     """Frequencies (k,) [Hz], widths (k,) [Hz] and densities (k,): Σ width·density·g(f) = ∫ psd·g df for smooth g.
+
+    cuts : frequencies at which an array's panels end, so that the parts between them are integrals of their own
 
     Five Gauss points in log f per panel. An array's points end panels, so its kinks do no harm. A function's panels are
     halved until halving changes the integral over their octave by less than 1e-6 of it each; a line narrower than a
@@ -46,8 +51,8 @@ def samples(psd: Psd, low_hz: float | None = None, high_hz: float | None = None)
     if callable(psd):
         return _adaptive(psd, low, high)
     frequency, _ = _array(psd)
-    inner = frequency[(frequency > low) & (frequency < high)]
-    edges = np.log(np.concatenate([[low], inner, [high]]))
+    inner = np.union1d(frequency, cuts) if len(cuts) else frequency
+    edges = np.log(np.concatenate([[low], inner[(inner > low) & (inner < high)], [high]]))
     f, width = _gauss(*_split(edges, 12))
     return f.ravel(), width.ravel(), value(psd, f.ravel())
 
@@ -126,6 +131,6 @@ def _split(edges: np.ndarray, per_octave: int) -> tuple[np.ndarray, np.ndarray]:
 
 def _gauss(left: np.ndarray, right: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Gauss nodes (k, 5) and widths (k, 5) in Hz of panels with ends (k,) in log f."""
-    node, share = np.polynomial.legendre.leggauss(5)
+    node, share = NODES
     f = np.exp(left[:, None] + (right - left)[:, None] * (node + 1) / 2)
     return f, f * (right - left)[:, None] * share / 2

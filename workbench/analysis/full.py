@@ -6,7 +6,9 @@ Setting, Gains --> Analysis;  loop at the current commands --> margins of each �
 """
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -14,6 +16,7 @@ import numpy as np
 from workbench.analysis.analysis import Analysis, analyse
 from workbench.analysis.break_points import at_commands, at_modal_signals
 from workbench.analysis.comfort_summary import ComfortSummary, comfort_summary
+from workbench.analysis.reserves import Reserves, reserves
 from workbench.analysis.setting import Setting, group_model
 from workbench.control import Gains
 from workbench.control.loop import GROUPS, subject
@@ -22,25 +25,63 @@ from workbench.control.structure.space import modal_law
 from workbench.control.structure.structure import Structure
 from workbench.lti.disk import DiskMargin, disk_margin
 from workbench.lti.margin import ChannelMargin, channel_margin
+from workbench.lti.realisation import Realisation
 from workbench.result import Result, Row, figure, plain
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class FullAnalysis(Result):
-    """An analysis, and margins where the loop is stable (empty otherwise).
+    """An analysis, and what takes longer, computed when first asked for.
 
-    current_margins : one α_i broken, the others closed;  modal_margins : one K_i q_i^c broken
-    sensor_margins : one reading broken, the others kept; those that no gain uses are left out
-    disk : all current commands perturbed at once, balanced disks
-    comfort : ride figures at every point
+    setting : what was looked at;  sampled : (sample time [s], delay in samples) of the problem's own
     """
 
     analysis: Analysis
-    current_margins: tuple[ChannelMargin, ...]
-    modal_margins: tuple[ChannelMargin, ...]
-    sensor_margins: tuple[ChannelMargin, ...]
-    disk: DiskMargin | None
-    comfort: ComfortSummary | None
+    setting: Setting = field(compare=False)
+    sampled: tuple[tuple[float, float], ...] = ()
+
+    @property
+    def responds(self) -> bool:
+        """Whether the loop is stable and its rates are filtered: others have no margins and no ride."""
+        return self.analysis.stable and self.analysis.cost is not None
+
+    @cached_property
+    def _commands(self) -> Realisation:
+        return at_commands(self.setting, self.analysis.gains)
+
+    @cached_property
+    def current_margins(self) -> tuple[ChannelMargin, ...]:
+        """One α_i broken, the others closed; empty where there are no margins, as all of these."""
+        names = [name.replace("_", " ") for name in self.setting.law.currents] if self.responds else []
+        return tuple(channel_margin(*self._commands, channel=i, name=name) for i, name in enumerate(names))
+
+    @cached_property
+    def modal_margins(self) -> tuple[ChannelMargin, ...]:
+        """One K_i q_i^c broken."""
+        if not self.responds:
+            return ()
+        modal, names = at_modal_signals(self.setting, self.analysis.gains)
+        return tuple(channel_margin(*modal, channel=i, name=name) for i, name in enumerate(names))
+
+    @cached_property
+    def sensor_margins(self) -> tuple[ChannelMargin, ...]:
+        """One reading broken, the others kept; those that no gain uses are left out."""
+        return _at_sensors(self.setting, self.analysis.gains) if self.responds else ()
+
+    @cached_property
+    def disk(self) -> DiskMargin | None:
+        """All current commands perturbed at once, balanced disks."""
+        return disk_margin(*self._commands) if self.responds else None
+
+    @cached_property
+    def comfort(self) -> ComfortSummary | None:
+        """Ride figures at every point."""
+        return comfort_summary(self.setting, self.analysis.gains) if self.responds else None
+
+    @cached_property
+    def reserves(self) -> Reserves:
+        """Break points, variations and failures, sampled and frozen loops."""
+        return reserves(self.setting, self.analysis.gains, sampled=self.sampled)
 
     def to_dict(self) -> dict[str, Any]:
         """The analysis' figures, with `margins` added."""
@@ -65,45 +106,27 @@ class FullAnalysis(Result):
         return [*self.analysis.rows(), *disk]
 
     def tables(self) -> list[tuple[str, tuple[str, ...], list[tuple[str, ...]]]]:
-        """Margin tables as (title, columns, rows of strings)."""
-        columns = ("channel", "gain down", "gain up", "phase [°]", "delay [ms]")
-        out = []
-        for title, margins in (
-            ("Margins, one current command broken", self.current_margins),
-            ("Margins, one modal signal broken", self.modal_margins),
-            ("Margins, one sensor broken", self.sensor_margins),
-        ):
-            if margins:
-                out.append((title, columns, [m.cells() for m in margins]))
-        if self.comfort is not None:
-            columns = ("place", "direction", "rms", "below 1 Hz", "weighted", "Wf", "Sperling", "PSD / boundary")
-            rows = []
-            for p in self.comfort.points:
-                r = p.ride
-                figures = (r.rms, r.rms_below_1_hz, r.rms_weighted, r.rms_motion_sickness, p.sperling, p.mask_ratio)
-                rows.append((p.point, r.direction, *map(figure, figures)))
-            title = "Ride, accelerations in m/s²; boundary: ISO 2631:1974 reduced comfort, 1 h (unverified values)"
-            out.append((title, columns, rows))
-        return out
+        """The ride at every point as (title, columns, rows of strings)."""
+        if self.comfort is None:
+            return []
+        columns = ("place", "direction", "rms", "below 1 Hz", "weighted", "Wf", "Sperling", "PSD / boundary")
+        rows = []
+        for p in self.comfort.points:
+            r = p.ride
+            figures = (r.rms, r.rms_below_1_hz, r.rms_weighted, r.rms_motion_sickness, p.sperling, p.mask_ratio)
+            rows.append((p.point, r.direction, *map(figure, figures)))
+        title = "Ride, accelerations in m/s²; boundary: ISO 2631:1974 reduced comfort, 1 h (unverified values)"
+        return [(title, columns, rows)]
 
 
-def full_analysis(setting: Setting, gains: Gains, name: str = "") -> FullAnalysis:
-    """The exact measures of a setting under given gains, margins included."""
-    analysis = analyse(setting, gains, name)
-    if not analysis.stable or analysis.cost is None:
-        none = {"current_margins": (), "modal_margins": (), "sensor_margins": ()}
-        return FullAnalysis(analysis=analysis, **none, disk=None, comfort=None)
-    whole = at_commands(setting, gains)
-    modal, channels = at_modal_signals(setting, gains)
-    names = [name.replace("_", " ") for name in setting.law.currents]
-    return FullAnalysis(
-        analysis=analysis,
-        current_margins=tuple(channel_margin(*whole, channel=i, name=name) for i, name in enumerate(names)),
-        modal_margins=tuple(channel_margin(*modal, channel=i, name=c) for i, c in enumerate(channels)),
-        sensor_margins=_at_sensors(setting, gains),
-        disk=disk_margin(*whole),
-        comfort=comfort_summary(setting, gains),
-    )  # fmt: skip
+def full_analysis(
+    setting: Setting, gains: Gains, name: str = "", *, sampled: Sequence[tuple[float, float]] = ()
+) -> FullAnalysis:
+    """The exact measures of a setting under given gains, margins included.
+
+    sampled : sample times [s] and delays [samples] that are looked at besides the usual ones
+    """
+    return FullAnalysis(analysis=analyse(setting, gains, name), setting=setting, sampled=tuple(sampled))
 
 
 def _at_sensors(setting: Setting, gains: Gains) -> tuple[ChannelMargin, ...]:

@@ -85,8 +85,9 @@ def guideway_response(setting: Setting, plant: Plant, omega, waves: np.ndarray) 
 
     waves : (2n, types) or (K, 2n, types) what the sets meet of each type
     """
-    omega = np.asarray(omega, float)
-    return seen_guideway(setting, plant, omega, plant.response(omega), waves)
+    omega, n = np.asarray(omega, float), len(setting.sets)
+    met = plant.select(inputs=[plant.inputs[k] for of in irregularities(plant, n) for k in of])
+    return seen_guideway(setting, met, omega, met.response(omega), waves)
 
 
 def seen_guideway(setting: Setting, plant: Plant, omega: np.ndarray, response: np.ndarray, waves) -> np.ndarray:

@@ -207,8 +207,13 @@ def third_octaves(
         raise InputError(f"a one-third-octave band must fit in; got {low:g}…{high:g} Hz. Widen it to a ratio of 1.6.")
     centre = 10 ** (np.arange(first, last + 1) / 10)
     lowest, highest = np.maximum(centre / edge, low), np.minimum(centre * edge, high)
-    bands = [rms(psd, weighting, low_hz=a, high_hz=b) for a, b in zip(lowest, highest, strict=True)]
-    return ThirdOctaves(frequency_hz=centre, rms=np.array(bands))
+    if callable(psd):
+        bands = [rms(psd, weighting, low_hz=a, high_hz=b) for a, b in zip(lowest, highest, strict=True)]
+        return ThirdOctaves(frequency_hz=centre, rms=np.array(bands))
+    f, width, density = samples(psd, lowest[0], highest[-1], cuts=highest)
+    felt = density if weighting is None else density * weight(weighting).magnitude(f) ** 2
+    squares = np.bincount(np.searchsorted(highest, f), width * felt, len(centre))
+    return ThirdOctaves(frequency_hz=centre, rms=np.sqrt(squares))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)

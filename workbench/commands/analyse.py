@@ -51,12 +51,9 @@ def analyse(
     supervised(budget_seconds, "the analysis")
 
     from workbench.analysis.full import full_analysis
-    from workbench.analysis.reserves import reserves
     from workbench.commands.output import emit_json, emit_rows, emit_table, say
-    from workbench.design.design import given
     from workbench.errors import InputError
     from workbench.files.problem import load_problem, read_gains
-    from workbench.handover.report.report import report_html
     from workbench.machine.writing import check_file, write_text
     from workbench.result import figure
 
@@ -72,26 +69,25 @@ def analyse(
             f"problem {problem!r} has no approved gains; give some with --gains FILE, "
             f"or run 'workbench design {problem}'."
         )
-    result = full_analysis(loaded.setting, chosen, loaded.name)
     own = [] if loaded.sample_time is None else [(loaded.sample_time, 0.0)]
-    kept = reserves(loaded.setting, chosen, sampled=own)
+    result = full_analysis(loaded.setting, chosen, loaded.name, sampled=own)
+    kept, written = result.reserves, {} if report is None else {"report": str(report)}
     if report is not None:
+        from workbench.design.design import given
+        from workbench.handover.report.report import report_html
+
         page = report_html(given(loaded, chosen, analysis=result.analysis))
+    document = result.to_dict() | kept.to_dict() | written if json else {}
+    modes = [(m.name, figure(m.frequency_hz), figure(m.damping)) for m in result.analysis.modes]
+    tables = [] if json else [*kept.tables(), ("Modes", ("mode", "frequency [Hz]", "damping"), modes), *result.tables()]
     finishing()
     if report is not None:
         write_text(report, page)
     if json:
-        emit_json(result.to_dict() | kept.to_dict() | ({} if report is None else {"report": str(report)}))
+        emit_json(document)
         return
     emit_rows(f"{loaded.title}", [*kept.rows(), *result.analysis.rows()])
-    for title, columns, rows in kept.tables():
-        emit_table(title, columns, rows)
-    emit_table(
-        "Modes",
-        ("mode", "frequency [Hz]", "damping"),
-        [(m.name, figure(m.frequency_hz), figure(m.damping)) for m in result.analysis.modes],
-    )
-    for title, columns, rows in result.tables():
+    for title, columns, rows in tables:
         emit_table(title, columns, rows)
     if report is not None:
         say(f"report  {report}")

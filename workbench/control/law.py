@@ -17,6 +17,7 @@ F, 6). The coils then take no part in that motion; what changes nothing is then 
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import casadi as ca
 import numpy as np
@@ -284,15 +285,14 @@ class ModalLaw:
                     f"An unfiltered rate has no finite response to noise: give {tau} a value, or ask for roots only."
                 )
         kept = self.kept_filters(gains)
-        safe = gains.with_values(**{tau: getattr(gains, tau) or 1.0 for tau in TIME_CONSTANTS})
-        unfiltered = {"K_zdot": 0.0} if gains.tau_z == 0 else {}
-        unfiltered |= {"K_ydot": 0.0} if gains.tau_y == 0 else {}
-        values = ca.DM(list(safe.with_values(**unfiltered).as_dict().values()))
-        if resolve is None:
-            resolve = ca.DM(self.resolution(values)).full()
-        A, B, C, D = (ca.DM(m).full() for m in self.filter_bank(values))
+        A, B, C, D, spread = _numbers(self, gains)
+        resolve = spread if resolve is None else resolve
         C, D = resolve @ C, resolve @ D
         return A[np.ix_(kept, kept)], B[kept], C[:, kept], D
+
+    def numeric_resolution(self, gains: Gains) -> np.ndarray:
+        """(commands, 5) of `resolution` as an array."""
+        return _numbers(self, gains)[4]
 
     def kept_filters(self, gains: Gains) -> np.ndarray:
         """Indices of the ten filters whose gain is not zero (and whose time constant is not)."""
@@ -306,6 +306,16 @@ class ModalLaw:
         """State names of the kept filters."""
         names = [f"{kind} filter of {channel}" for kind in ("gap", "acceleration") for channel in CHANNELS]
         return tuple(names[k] for k in kept)
+
+
+@lru_cache(maxsize=64)
+def _numbers(law: ModalLaw, gains: Gains) -> tuple[np.ndarray, ...]:
+    """The filter bank (A, B, C, D) and the resolution of given gains, which every loop closed by them shares."""
+    safe = gains.with_values(**{tau: getattr(gains, tau) or 1.0 for tau in TIME_CONSTANTS})
+    unfiltered = {"K_zdot": 0.0} if gains.tau_z == 0 else {}
+    unfiltered |= {"K_ydot": 0.0} if gains.tau_y == 0 else {}
+    values = ca.DM(list(safe.with_values(**unfiltered).as_dict().values()))
+    return tuple(ca.DM(m).full() for m in (*law.filter_bank(values), law.resolution(values)))
 
 
 def modal_factors(theta, *, split: bool = False):

@@ -11,7 +11,7 @@ from typing import Any
 from workbench.errors import InputError, unknown_name
 from workbench.files.table import LARGEST, MOST, si_keys
 from workbench.goals.goal import Goal
-from workbench.goals.registry import class_of, goal, keys_of
+from workbench.goals.registry import GOALS, goal, keys_of
 from workbench.goals.registry import known as kinds
 from workbench.goals.ride.reserve import Reserve
 from workbench.machine.reading import shown
@@ -31,12 +31,11 @@ def goal_of(keys: Mapping[str, Any], *, vehicle: bool = False) -> Goal:
     kind = keys.get("kind")
     if not isinstance(kind, str):
         raise InputError(f"a goal must have a kind, such as 'margins'; got {shown(kind)}.")
-    every = kinds()
-    ours = [word for word, other in every.items() if _is_for(other, vehicle)]
-    if kind not in every:
-        raise unknown_name("kind of goal", kind, ours)
-    cls = class_of(kind)
-    if not _is_for(cls, vehicle):
+    cls = GOALS.get(kind) or kinds().get(kind)  # a vehicle's kinds are there without loading all others
+    if cls is None or not _is_for(cls, vehicle):
+        ours = [word for word, other in kinds().items() if _is_for(other, vehicle)]
+        if cls is None:
+            raise unknown_name("kind of goal", kind, ours)
         whose = "a vehicle" if vehicle else "a plant of its own"
         raise InputError(
             f"a goal of kind {kind!r} cannot be stated so here; {whose} can have {', '.join(sorted(ours))}."

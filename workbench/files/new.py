@@ -8,7 +8,8 @@ from pathlib import Path
 
 from workbench.design.problem import Problem
 from workbench.errors import InputError
-from workbench.files.own_plant import is_own, own_problem_data
+from workbench.files.kind import is_own
+from workbench.files.own_plant import own_problem_data
 from workbench.files.problem import folder_of, load_problem
 from workbench.files.writing import problem_toml
 from workbench.machine.reading import LARGEST_FILE, read_mapping

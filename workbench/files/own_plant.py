@@ -26,8 +26,6 @@ from workbench.goals.goal import Goal
 from workbench.lti.model import Model
 from workbench.machine.reading import read_mapping, read_text
 
-OF_A_VEHICLE = ("vehicle", "inertia", "force_law", "physics", "guideway")  # one of these makes a file a vehicle's
-
 
 class HeadTable(Table):
     """[problem]"""
@@ -130,11 +128,6 @@ class OwnData:
     def files(self) -> tuple[str, ...]:
         """Names of the files beside data.toml that its models read."""
         return tuple(dict.fromkeys(name for table in self.file.model for name in table.files()))
-
-
-def is_own(document: Mapping[str, Any]) -> bool:
-    """Whether a document states a plant of its own, and not a vehicle."""
-    return not any(key in document for key in OF_A_VEHICLE)
 
 
 def own_problem_data(folder: Path, document: Mapping[str, Any]) -> OwnData:

@@ -23,7 +23,7 @@ from workbench.errors import InfeasibleError, InputError, unknown_name
 from workbench.files.digest import check_digest
 from workbench.files.effort import effort_of
 from workbench.files.goal import goal_of
-from workbench.files.own_plant import OwnData, is_own, own_problem_data
+from workbench.files.kind import is_own
 from workbench.files.physics import (
     CornerBlock,
     OperatingPointBlock,
@@ -110,6 +110,11 @@ def folder_of(name: str) -> Path:
 
 
 def _own(folder: Path, document: dict, speed: float | None) -> Problem:
+    from workbench.files.own_plant import (  # a vehicle needs no model of any other plant's file
+        OwnData,
+        own_problem_data,
+    )
+
     if speed is not None:
         raise InputError(f"a speed is asked of a vehicle; {folder.name!r} controls a plant of its own. Leave it out.")
     return maker(folder, OwnData.build, "design.Problem")(own_problem_data(folder, document))

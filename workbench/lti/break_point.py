@@ -17,6 +17,7 @@ from itertools import permutations
 import numpy as np
 
 from workbench.errors import InputError
+from workbench.lti.bracket import largest_between, zeros_between
 from workbench.lti.grid import NEIGHBOURS
 from workbench.lti.margin import UNSTABLE, ChannelMargin, channel_margin
 from workbench.lti.modal import modal_responder
@@ -30,6 +31,8 @@ DECADES = 3  # beyond the slowest and the fastest pole, where loci are straight
 LARGEST = 6  # signals that share a factor; loci are matched by trying every order
 NOISE = 1e-10  # of a locus: what turns by less is rounding
 LARGEST_FACTOR = 1e6  # beyond it, and below its inverse, no gain margin limits anybody: reported as none
+RELATIVE = 1e-13  # width of a crossing's last bracket
+NARROW = 1e-7  # of a maximum's frequency: the value there is flat to the square of it
 NEAR_BEST = 0.9  # of the largest value on the grid: maxima below it cannot overtake it between two points
 
 
@@ -141,32 +144,26 @@ class _Loci:
     def _ratio(self, k: int) -> float:
         return min((self.omega[k] - self.omega[k - 1]) / (self.omega[k - 1] - self.omega[k - 2]), 2.0)
 
-    def _at(self, omega: float, k: int, locus: int) -> complex:
-        """The locus between grid points k and k + 1: the eigenvalue nearest to the straight line."""
+    def _at(self, omega: np.ndarray, k: np.ndarray, locus: np.ndarray) -> np.ndarray:
+        """The loci between grid points k and k + 1, one a frequency: the eigenvalues nearest to the straight lines."""
         part = (omega - self.omega[k]) / (self.omega[k + 1] - self.omega[k])
         guess = self.values[k, locus] + part * (self.values[k + 1, locus] - self.values[k, locus])
-        found = self.of(np.array([omega]))[0]
-        return complex(found[int(np.abs(found - guess).argmin())])
+        found = self.of(omega)
+        return found[np.arange(len(omega)), np.abs(found - guess[:, None]).argmin(axis=1)]
 
     def _roots(self, measure: Callable) -> list[tuple[float, complex]]:
         """(ω, λ) where a real measure of a locus changes sign."""
-        from scipy.optimize import brentq
-
         sizes, moduli = measure(self.values), np.abs(self.values)
         turns = sizes[:-1] * sizes[1:] < 0
         turns &= np.maximum(*(np.abs(s) for s in (sizes[:-1], sizes[1:]))) > NOISE * moduli[:-1]
         turns &= np.maximum(moduli[:-1], moduli[1:]) > 1 / LARGEST_FACTOR
-        found = []
-        for k, locus in np.argwhere(turns):
-            low, high = self.omega[k], self.omega[k + 1]
-
-            def along(w: float, k=int(k), locus=int(locus)) -> float:
-                return float(measure(self._at(w, k, locus)))
-
-            if along(low) * along(high) < 0:
-                w = brentq(along, low, high, rtol=1e-10)
-                found.append((float(w), self._at(w, int(k), int(locus))))
-        return found
+        k, locus = np.nonzero(turns)
+        if not len(k):
+            return []
+        low, high = (measure(self._at(self.omega[at], k, locus)) for at in (k, k + 1))
+        k, locus = k[low * high < 0], locus[low * high < 0]
+        w = zeros_between(lambda at: measure(self._at(at, k, locus)), self.omega[k], self.omega[k + 1], RELATIVE)
+        return list(zip(w.tolist(), self._at(w, k, locus).tolist(), strict=True))
 
     def factors(self) -> list[tuple[float, float]]:
         """1 − 1/λ where a locus crosses the real axis, and where it starts and ends on it, with the frequencies."""
@@ -184,18 +181,13 @@ class _Loci:
 
     def largest(self, measure: Callable) -> float:
         """The largest of a measure over all loci and frequencies, ends included."""
-        from scipy.optimize import minimize_scalar
-
         size = measure(self.values).max(axis=1)
         best = float(
             max(size.max(), *(measure(np.linalg.eigvals(T)).max() for T in (self.response(np.zeros(1))[0], self._D)))
         )
         for k in np.flatnonzero((size[1:-1] >= size[:-2]) & (size[1:-1] >= size[2:])) + 1:
             if size[k] > NEAR_BEST * best:
-                found = minimize_scalar(
-                    lambda w: -float(measure(self.of(np.array([w]))).max()),
-                    bounds=(self.omega[k - 1], self.omega[k + 1]), method="bounded",
-                    options={"xatol": 1e-9 * self.omega[k]},
-                )  # fmt: skip
-                best = max(best, -float(found.fun))
+                within = (float(self.omega[k - 1]), float(self.omega[k + 1]))
+                found = largest_between(lambda w: measure(self.of(w)).max(axis=1), *within, NARROW * self.omega[k])
+                best = max(best, found)
         return best

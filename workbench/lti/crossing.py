@@ -10,8 +10,10 @@ from collections.abc import Callable
 
 import numpy as np
 
+from workbench.lti.bracket import zeros_between
 from workbench.lti.realisation import responder
 
+RELATIVE = 1e-14  # width of a crossing's last bracket
 BESIDE = 0.1  # relative distance at which the function is asked on both sides of a point
 
 
@@ -57,11 +59,6 @@ def sign_changes(function: Callable[[np.ndarray], np.ndarray], near: np.ndarray)
     changes share an interval only if they belong to points that coincide; and beside each point, since a mean with a
     point that stands for infinity lies where a steep roll-off leaves rounding alone.
     """
-    from scipy.optimize import brentq
-
-    def one(omega: float) -> float:
-        return float(function(np.array([omega]))[0])
-
     near = np.unique(near[(near > 0) & np.isfinite(near)])
     if len(near) == 0:
         return []
@@ -69,14 +66,12 @@ def sign_changes(function: Callable[[np.ndarray], np.ndarray], near: np.ndarray)
     beside = np.concatenate([np.maximum(near * (1 - BESIDE), means[:-1]), np.minimum(near * (1 + BESIDE), means[1:])])
     asked = np.unique(np.concatenate([means, beside]))
     signs = np.sign(function(asked))
-    found = []
-    for low, high, left, right in zip(asked, asked[1:], signs, signs[1:], strict=False):
-        if left * right < 0:
-            ends = one(low), one(high)
-            if ends[0] * ends[1] < 0:
-                found.append(float(brentq(one, low, high, xtol=1e-300, rtol=1e-14)))
-            else:  # asked alone, an end rounds to zero or to the other sign: that is where the function changes it
-                found.append(float(low if abs(ends[0]) < abs(ends[1]) else high))
-        elif left == 0:
-            found.append(float(low))
-    return found
+    found = asked[:-1][signs[:-1] == 0]
+    turns = np.flatnonzero(signs[:-1] * signs[1:] < 0)
+    low, high = asked[turns], asked[turns + 1]
+    below, above = function(low), function(high)
+    crossed = below * above < 0
+    # asked anew, an end may round to zero or to the other sign: that is where the function changes it
+    rounded = np.where(np.abs(below) < np.abs(above), low, high)[~crossed]
+    sought = zeros_between(function, low[crossed], high[crossed], RELATIVE) if crossed.any() else np.zeros(0)
+    return np.sort(np.concatenate([found, rounded, sought])).tolist()

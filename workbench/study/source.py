@@ -18,7 +18,8 @@ from workbench.control import Gains
 from workbench.control.schedule import Schedule
 from workbench.design.problem import Problem
 from workbench.errors import InputError
-from workbench.files.own_plant import OwnData, is_own, own_problem_data
+from workbench.files.kind import is_own
+from workbench.files.own_plant import OwnData, own_problem_data
 from workbench.files.problem import (
     ProblemData,
     builder,

@@ -65,8 +65,7 @@ class Subject:
         kept, own = self.law.kept_filters(gains), set(self.modal_rows)
         mine = [k for k, name in enumerate(kept) if name in own]
         if resolve is None:
-            theta = ca.DM(list(gains.as_dict().values()))
-            resolve = self.patterns.T @ ca.DM(self.law.resolution(theta)).full()
+            resolve = self.patterns.T @ self.law.numeric_resolution(gains)
         A, B, C, D = self.law.numeric(gains, resolve * self._owned)
         return A[np.ix_(mine, mine)], B[mine], C[:, mine], D
 

@@ -116,14 +116,11 @@ def _inclined(p0: Vector, p: Vector, q0: Vector, q: Vector, order: int, panels: 
     """Gauss along p; along q the potential of a straight filament, 2 artanh(|q|/(R1 + R2))."""
     length = ca.sqrt(_dot(q, q))
     q1 = tuple(a + b for a, b in zip(q0, q, strict=True))
-    total = 0.0
-    for t, weight in gauss_nodes(order, panels):
-        point = tuple(a + t * b for a, b in zip(p0, p, strict=True))
-        to_start, to_end = _difference(point, q0), _difference(point, q1)
-        total = total + weight * 2 * ca.atanh(
-            length / (ca.sqrt(_dot(to_start, to_start)) + ca.sqrt(_dot(to_end, to_end)))
-        )
-    return _dot(p, q) / length * total
+    t, weights = np.array(gauss_nodes(order, panels)).T
+    points = tuple(b * t + a for a, b in zip(p0, p, strict=True))  # all nodes at once: arrays, or columns of symbols
+    to_start, to_end = _difference(points, q0), _difference(points, q1)
+    potential = ca.atanh(length / (ca.sqrt(_dot(to_start, to_start)) + ca.sqrt(_dot(to_end, to_end))))
+    return 2 * _dot(p, q) / length * (potential.T @ weights)
 
 
 @cache

@@ -22,8 +22,8 @@ from workbench.physics.vehicle.linear import assembled
 from workbench.physics.vehicle.operating import joined
 from workbench.physics.vehicle.parameters import Vehicle
 
-STEPS = 30  # of Newton's method for the common current: lift is a parabola in it
-SETTLED = 1e-12  # of the weight
+STEPS = 8  # for the common current: two find it, since lift is a parabola in it
+SETTLED = 1e-10  # of the weight: rounding of the forces is a hundredth of it
 ALIKE = 1e-3  # relative: printed coefficients that are those of the coils to their digits
 
 
@@ -54,13 +54,13 @@ class GapOffsets:
             return None
         vehicle, pose = replace(self.vehicle, force_law=law), np.array([-heave, 0.0, sway, 0.0, 0.0])
         try:
-            alpha = _carrying(vehicle, pose)
+            found = _carrying(vehicle, pose)
         except InputError:  # a coil would touch
-            alpha = None
-        if alpha is None:
+            found = None
+        if found is None:
             return None
+        alpha, left = found
         currents = np.full(vehicle.count, alpha)
-        left = tangent_at(vehicle, pose, currents).acceleration
         held = replace(held_by_moment(vehicle), pose=pose, currents=currents, external=-left * inertia(vehicle))
         there = tangent_at(vehicle, pose, currents, external=held.external)
         plant = joined(assembled(held, there.state_space).plant, vehicle)
@@ -79,14 +79,21 @@ def _law(offsets: GapOffsets) -> CornerLaw | None:
     return found if np.abs(slopes - printed[1]).max() <= ALIKE * np.abs(slopes).max() else None
 
 
-def _carrying(vehicle: Vehicle, pose: np.ndarray) -> float | None:
-    """The common current ratio at which nothing is left of the vertical force; None if Newton's method finds none."""
-    alpha, left, weight = 0.0, np.inf, vehicle.mass * GRAVITY
+def _carrying(vehicle: Vehicle, pose: np.ndarray) -> tuple[float, np.ndarray] | None:
+    """The common current ratio that carries the weight, and the acceleration (5,) left there; None if there is none.
+
+    Lift is a parabola in the current, so two slopes say where it carries; the rest is rounding.
+    """
+    alpha, before, weight = 0.0, None, vehicle.mass * GRAVITY
     for _ in range(STEPS):
         there = tangent_at(vehicle, pose, np.full(vehicle.count, alpha))
-        left = there.acceleration[0] * vehicle.mass
-        slope = float(there.slopes[5, 10 : 10 + vehicle.count].sum()) * vehicle.mass
-        if abs(left) <= SETTLED * weight or slope == 0:
-            break
-        alpha -= left / slope
-    return alpha if abs(left) <= 1e3 * SETTLED * weight else None
+        left, slope = there.acceleration[0], float(there.slopes[5, 10 : 10 + vehicle.count].sum())
+        if vehicle.mass * abs(left) <= SETTLED * weight:
+            return alpha, there.acceleration
+        bend = 0.0 if before is None or alpha == before[0] else (slope - before[1]) / (alpha - before[0]) / 2
+        root = slope**2 - 4 * bend * left
+        if slope == 0 or root < 0:
+            return None
+        before = alpha, slope
+        alpha -= 2 * left / (slope + np.copysign(np.sqrt(root), slope))
+    return None
