@@ -18,9 +18,10 @@ from threadpoolctl import threadpool_limits
 from tests.bench import Row, against, alone, best, timed
 from tests.bench.vehicle_peer import ROUTES, ByFraction, ByHand, ByNames, ByPlant, Reduction, slack
 from workbench.control import Gains
-from workbench.design.design import BACK_OFFS, CENTRE, SPREADS, design
+from workbench.design.design import design
 from workbench.design.problem import Problem
 from workbench.design.solve import relaxed, stable_start
+from workbench.design.starts import BACK_OFFS, CENTRE, SPREADS
 from workbench.design.steering import Programme
 from workbench.files.problem import load_problem
 

@@ -17,7 +17,7 @@ from workbench.analysis.response import driven
 from workbench.analysis.setting import Setting
 from workbench.control import Gains
 from workbench.control.loop.closed import close
-from workbench.design.design import CENTRE
+from workbench.design.starts import CENTRE
 from workbench.files.problem import load_problem
 from workbench.lti.norm import peak_gain
 from workbench.lti.realisation import frequency_response

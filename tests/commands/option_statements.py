@@ -56,6 +56,7 @@ STATEMENTS: dict[tuple[str, str], Words] = {
     ("design", "out"): Words(QUICK, "", ("file gains.json",), slow=True),
     ("design", "starts"): Words(QUICK.replace("--starts 1", ""), "--starts 2", ("starts",), "--starts 1", slow=True),
     ("design", "seed"): Words(QUICK, "--seed 5", ("starts",), slow=True),
+    ("design", "valley"): Words(QUICK, "--valley mirrored", code=2, slow=True),  # heave has no lateral signals
     ("design", "fix"): Words(QUICK, "--fix K_zddot=0.1", ("gains.K_zddot", "cost"), slow=True),
     ("design", "solver"): Words(QUICK, "--solver nonsense", code=2, slow=True),
     ("design", "trade-off"): Words(QUICK.replace("--no-trade-off", ""), "--trade-off", ("file report.html",),

@@ -6,10 +6,11 @@ import pytest
 from workbench.analysis.analysis import analyse
 from workbench.control import Gains
 from workbench.control.gains import GAIN_NAMES
-from workbench.design.design import CENTRE, design
+from workbench.design.design import design
 from workbench.design.problem import Problem
 from workbench.design.robustness import robustness
 from workbench.design.solve import cost, stable_start
+from workbench.design.starts import CENTRE
 from workbench.design.steering import Programme
 from workbench.design.tradeoff import trade_off
 from workbench.design.verdict import verdicts

@@ -81,7 +81,7 @@ def test_an_interrupt_keeps_the_starts_that_had_ended(problem):
 
 
 def test_an_interrupt_before_any_start_ended_is_an_interrupt(problem, monkeypatch):
-    monkeypatch.setattr("workbench.design.design.relaxed", lambda *_, **__: (_ for _ in ()).throw(KeyboardInterrupt))
+    monkeypatch.setattr("workbench.design.starts.relaxed", lambda *_, **__: (_ for _ in ()).throw(KeyboardInterrupt))
     with pytest.raises(KeyboardInterrupt):
         design(problem, starts=2, seed=0)
 

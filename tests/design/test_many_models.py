@@ -6,9 +6,10 @@ import pytest
 from workbench.analysis.analysis import analyse
 from workbench.control import Gains
 from workbench.control.gains import GAIN_NAMES
-from workbench.design.design import CENTRE, design, refine
+from workbench.design.design import design, refine
 from workbench.design.family import Family, PolynomialChart, SharedChart
 from workbench.design.robust import Search, judged_model, robust_design
+from workbench.design.starts import CENTRE
 from workbench.design.steering import Programme
 from workbench.design.variation import STANDARD_BOX, Box, Variant, Variation, sentence, variant_of
 from workbench.design.verdict import margin_verdicts, verdicts

@@ -5,8 +5,8 @@ import pytest
 
 from workbench.analysis.analysis import analyse
 from workbench.control.gains import GAIN_NAMES, TIME_CONSTANTS, Gains
-from workbench.design.design import CENTRE
 from workbench.design.measures import GAPS, GroupMeasures, static_error_function
+from workbench.design.starts import CENTRE
 from workbench.design.steering import Programme
 from workbench.files.problem import load_problem
 from workbench.goals.ride.flown import Flown

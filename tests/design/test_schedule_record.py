@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from workbench.control import GAIN_NAMES, Gains
 from workbench.control.gains import TIME_CONSTANTS
 from workbench.control.schedule import Schedule
-from workbench.design.design import CENTRE
+from workbench.design.starts import CENTRE
 from workbench.errors import InputError
 
 

@@ -7,7 +7,8 @@ import pytest
 
 from workbench.analysis.analysis import analyse
 from workbench.control.gains import TIME_CONSTANTS, Gains
-from workbench.design.design import CENTRE, SPLIT_CENTRE, design, refine
+from workbench.design.design import design, refine
+from workbench.design.starts import CENTRE, SPLIT_CENTRE
 from workbench.design.steering import TYPICAL, Programme
 from workbench.design.verdict import margin_verdicts, verdicts
 from workbench.errors import InputError

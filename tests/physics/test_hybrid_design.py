@@ -16,7 +16,6 @@ from workbench.design.comparison import compare
 from workbench.design.design import design
 from workbench.design.robustness import robustness
 from workbench.design.steering import Programme
-from workbench.design.verdict import verdicts
 from workbench.errors import InputError
 from workbench.files.problem import load_problem
 from workbench.goals.ride.motor_current import MotorCurrent
@@ -35,12 +34,6 @@ POINT = SETTING.motor
 @pytest.fixture(scope="module")
 def analysis():
     return analyse(SETTING, GAINS, PROBLEM.name)
-
-
-def test_approved_gains_meet_every_requirement_by_the_exact_measures(analysis):
-    judged = verdicts(PROBLEM, analysis)
-    assert {v.name for v in judged} == {r.name for r in PROBLEM.requirements}
-    assert [v.name for v in judged if not v.met] == []
 
 
 def test_cruise_thrust_is_held_while_the_currents_steer(analysis):

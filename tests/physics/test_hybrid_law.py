@@ -8,9 +8,9 @@ from workbench.control import GAIN_NAMES, Gains, ModalLaw
 from workbench.control.law import CHANNELS, MODAL, Actuator, modal_factors
 from workbench.control.loop import close, subject
 from workbench.control.loop.group import commanded
-from workbench.design.design import SPLIT_CENTRE
 from workbench.design.kernel import Complex, largest_square
 from workbench.design.measures import GroupMeasures
+from workbench.design.starts import SPLIT_CENTRE
 from workbench.errors import InputError
 from workbench.files.problem import load_problem
 from workbench.lti.norm import peak_gain

@@ -24,12 +24,13 @@ def test_rated_long_term_current_holds_41_kn():
     assert DRIVE.working_current == pytest.approx(956.0, abs=0.5)
 
 
-def test_the_problem_is_the_comfort_limit_with_a_motor():
+def test_the_problem_is_the_default_vehicle_with_a_motor():
+    default = load_problem("revenue_vehicle")
     assert HYBRID.setting.guideway == COILS.setting.guideway
     assert HYBRID.vehicle.with_values(drive=None) == COILS.vehicle
     assert HYBRID.vehicle.drive is not None
     shared = {r.name: r.limit for r in HYBRID.requirements if r.name != "motor current at mean + 3σ"}
-    assert shared == {r.name: r.limit for r in COILS.requirements}
+    assert shared == {r.name: r.limit for r in default.requirements}
 
 
 def test_force_per_motor_command_is_the_hybrid_motors_input_matrix():

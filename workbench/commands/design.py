@@ -17,6 +17,13 @@ def design(
         typer.Option(help="Seeded starts of the optimiser; as the data say, else 16, of a plant of one's own 4."),
     ] = None,
     seed: Annotated[int | None, typer.Option(help="Seed of the random starts; as the data say, else 0.", min=0)] = None,
+    valley: Annotated[
+        str | None,
+        typer.Option(
+            help="mirrored or conventional: which way the lateral signals act on sway and roll; whichever is "
+            "cheaper if left out."
+        ),
+    ] = None,
     fix: Annotated[str, typer.Option(help="Parameters held at given values: tau_h=0.637,K_zddot=0")] = "",
     solver: Annotated[
         str | None, typer.Option(help="slsqp, ipopt, nonsmooth or restriction; as the goals say if left out.")
@@ -73,7 +80,7 @@ def design(
         raise InputError(f"{problem!r} controls a plant of its own, with no box of vehicles; leave --boxes out.")
     with progress(json) as show:
         done = complete(
-            loaded, out, starts=starts, seed=seed, method=solver, robust=robust,
+            loaded, out, starts=starts, seed=seed, method=solver, robust=robust, valley=valley,
             over_speeds=False if speed is not None else None, sweep=trade_off, boxes=boxes is not False,
             workers=os.cpu_count() or 1, deadline=deadline, show=show,
         )  # fmt: skip
@@ -110,6 +117,10 @@ def _print(done, boxes: bool) -> None:
             for v in found.verdicts
         ],
     )  # fmt: skip
+    if found.valley is not None:
+        say(f"Valley: {found.valley.sentence}")
+    if found.multipliers is not None:
+        _print_multipliers(found.multipliers)
     if scheduled is not None:
         _print_schedule(scheduled)
     if isinstance(evidence, RobustDesign):
@@ -126,6 +137,18 @@ def _print(done, boxes: bool) -> None:
     if boxes and isinstance(done.table, GainTable):
         _print_boxes(done.table)
     say("gain table  {}\nreport      {}".format(*done.written))
+
+
+def _print_multipliers(found) -> None:
+    """What the limits cost."""
+    from workbench.commands.output import emit_table
+    from workbench.result import figure
+
+    emit_table(
+        f"What the limits cost (limits and bounds leave {found.unexplained:.1%} of the gradient of log J)",
+        ("requirement", "limit", "J for 1 % of it", "J for a unit", "at"),
+        [(m.name, f"{m.limit:g} {m.unit}", figure(m.per_percent), figure(m.per_unit), m.where) for m in found.each],
+    )
 
 
 def _print_boxes(table) -> None:

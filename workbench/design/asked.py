@@ -11,7 +11,7 @@ from time import perf_counter
 
 from workbench.analysis.full import FullAnalysis, full_analysis
 from workbench.control import Gains
-from workbench.design.design import FEW, STARTS, method_of
+from workbench.design.design import method_of
 from workbench.design.loop_margins import LoopMargins
 from workbench.design.nonsmooth import SECONDS
 from workbench.design.plant_analysis import PlantAnalysis, plant_analysis
@@ -20,6 +20,7 @@ from workbench.design.plant_tradeoff import PlantTradeOff, plant_trade_off
 from workbench.design.problem import Problem
 from workbench.design.record import Design, Start, given, printed
 from workbench.design.robust import RobustDesign, robust_design
+from workbench.design.starts import FEW, STARTS
 from workbench.design.tradeoff import TradeOff
 from workbench.design.tradeoff import trade_off as vehicle_trade_off
 from workbench.design.tuner.robust import tune_robust

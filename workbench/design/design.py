@@ -14,52 +14,37 @@ from workbench.analysis.analysis import Analysis, analyse
 from workbench.control import Gains
 from workbench.control.gains import GAIN_NAMES
 from workbench.design.brought import LAST, bringer, nominal
+from workbench.design.multipliers import multipliers
 from workbench.design.problem import Problem
 from workbench.design.record import DIGITS, Design, Start, given
 from workbench.design.refusal import refusal
 from workbench.design.sampled import kept_sampled
-from workbench.design.solve import cost, finish, relaxed, stable_start
+from workbench.design.solve import finish, stable_start
+from workbench.design.starts import (
+    BACK_OFFS,
+    CUT_SHORT,
+    FEW,
+    FINISHED,
+    STARTS,
+    distinct,
+    in_bounds,
+    jobs_of,
+    relaxed_starts,
+    time_after,
+)
 from workbench.design.steering import Programme
+from workbench.design.valley import in_valley
 from workbench.design.verdict import verdicts
-from workbench.errors import BudgetEnded, InputError, unknown_name
+from workbench.errors import InputError, unknown_name
 from workbench.goals.verdict import Verdict
-from workbench.machine.budget import NEVER, Deadline, current, keeping
+from workbench.machine.budget import Deadline, current, keeping
 from workbench.machine.threads import one_thread
 from workbench.solve.multistart import ends
 from workbench.solve.smooth import Outcome, least_violation
 
-BACK_OFFS = (
-    5e-4,
-    1e-3,
-    3e-3,
-    1e-2,
-)  # relative distance kept from every limit, raised where rounding or the grid crosses it
-STARTS = 16
-FEW = 4  # starts of the nonsmooth tuner
 SMOOTH, NONSMOOTH = ("slsqp", "ipopt"), "nonsmooth"
 RESTRICTED = ("slsqp", "restriction")  # of a controller affine in its parameters: least integrated error in limits
-# Reversing these leaves the yaw loop as it was and reverses what the lateral signals do to sway and roll. The roll
-# channel then carries them: on that side lie the best valleys of revenue_vehicle.
-MIRRORED = ("K_hp", "K_hpdot", "K_yddot", "K_ydot", "K_yaw")
-SPREADS = (0.3, 1.0, 3.0)  # of random starts around the centre, in typical sizes, in turn
-SAME_COST = 1e-3  # relative; starts that end closer are taken for one valley
-NEARLY = 0.02  # relative violation that a start may end with, since it is ended coarsely
-CUT_SHORT = KeyboardInterrupt, BudgetEnded  # what was verified by then is kept
-ALL_STARTS, FEW_STARTS = 0.4, 0.8  # of the time left, after which no start is awaited; if none has ended yet
-WIND_UP = 5.0  # [s] for making something of the starts that had ended before an interrupt
 FEW_BROUGHT = 2  # distinct valleys to which goals of other loops are brought
-FINISHED = 3  # distinct valleys brought to the wanted sensitivity
-
-# Where random starts are centred: the report's gains with K_heave = K_sway = 1, the lateral filters shortened to 0.2 s,
-# which is what keeps the loop stable when the accelerometers feel gravity (reference: report, C.5 and C.6).
-CENTRE = {
-    "K_h": -2.155, "K_hdot": 0.15, "tau_h": 0.637, "K_hp": 0.0, "K_hpdot": 0.152, "tau_hp": 0.2,
-    "K_zddot": 0.0, "K_zdot": 0.15, "tau_z": 0.637, "K_yddot": -0.01, "K_ydot": 0.152, "tau_y": 0.2,
-    "K_heave": 1.0, "K_pitch": 1.0, "K_sway": 1.0, "K_roll": 1.73, "K_yaw": 6.76,
-}  # fmt: skip
-# Of a law whose motor takes sway and yaw: the same side force per metre and roll moment; in yaw a tenth of the moment,
-# which already is more than the rated current gives.
-SPLIT_CENTRE = {**CENTRE, "K_sway": 3.0, "K_roll": 0.73, "K_yaw": 20.0}
 
 
 def design(
@@ -74,6 +59,7 @@ def design(
     models: Sequence[Mapping[str, float]] | None = None,
     near: Sequence[Gains] = (),
     seconds: float | None = None,
+    valley: str | None = None,
 ) -> Design:
     """Chooses the free parameters of a problem so that its hard goals hold and its soft ones are small.
 
@@ -98,6 +84,7 @@ def design(
         `design.variation.PARAMETERS`; boxes, other limits and costs, and the evidence: `design.robust.robust_design`
     near : gains brought straight to the wanted limits beside the starts: neighbours of a sweep
     seconds : of the search; without end for a vehicle, a minute else, if left out
+    valley : "mirrored" or "conventional" (`design.valley`), on a vehicle; whichever is cheaper if left out
 
     Never dearer than `start` or one of `near`, where these meet the goals themselves.
 
@@ -108,6 +95,7 @@ def design(
     InputError
         If starts is not positive, nothing is free, or the problem cannot be designed.
     """
+    problem = problem if valley is None else in_valley(problem, valley)
     how = method_of(problem, method)
     own = how not in SMOOTH or not problem.flies
     effort = problem.effort.said(starts, seed, seconds)
@@ -165,15 +153,17 @@ def _smooth_design(problem, starts, seed, solver, start, workers, on_start, mode
         beside = len(first.requirements) < len(problem.requirements)
         jobs = jobs_of(problem, starts, seed, solver, start)
         warm = [programme.start(gains) for gains in ([start] if start else []) + list(near)]
-        if beside and not warm and problem.gains is not None:
+        if beside and not warm and problem.gains is not None and in_bounds(problem, problem.gains, "K_yaw"):
             warm = [programme.x(problem.gains)]
         outcomes, log = relaxed_starts(first, jobs, workers, on_start)
         candidates = [o.x for o in distinct(outcomes)[: FEW_BROUGHT if beside else FINISHED]]
         with keeping(time_after(len(log) == len(jobs))):
-            if not beside:
-                return finished(problem, programme, [*candidates, *warm], tuple(log), seed, solver)
-            at_limits = _brought(problem, first, candidates, warm, workers, solver)
-            return finished(problem, programme, [*candidates, *warm], tuple(log), seed, solver, at_limits)
+            at_limits = _brought(problem, first, candidates, warm, workers, solver) if beside else None
+            found = finished(problem, programme, [*candidates, *warm], tuple(log), seed, solver, at_limits)
+            try:
+                return replace(found, multipliers=multipliers(programme, found.gains, BACK_OFFS))
+            except CUT_SHORT:  # the gains are worth more than what their limits cost
+                return found
 
 
 def _brought(problem: Problem, first: Problem, candidates, warm, workers: int, solver: str) -> list[Outcome]:
@@ -255,86 +245,9 @@ def finished(
     )  # fmt: skip
 
 
-Job = tuple[Gains, float, np.random.SeedSequence, str]  # centre, spread, seed, solver
-
-
-def jobs_of(problem: Problem, starts: int, seed: int, solver: str, start: Gains | None) -> list[Job]:
-    """The starts: around the centre and around its mirror image in turn."""
-    centre = start or Gains(**(SPLIT_CENTRE if problem.law.split else CENTRE))
-    mirrored = centre.with_values(**{name: -getattr(centre, name) for name in MIRRORED if name in problem.free})
-    jobs: list[Job] = []
-    for k, child in enumerate(np.random.SeedSequence(seed).spawn(starts)):
-        spread = 0.0 if start is not None and k == 0 else SPREADS[k // 2 % len(SPREADS)]
-        jobs.append((mirrored if k % 2 else centre, spread, child, solver))
-    return jobs
-
-
-def relaxed_starts(problem: Problem, jobs, workers: int, on_start) -> tuple[list[Outcome], list[Start]]:
-    """Every start with the sensitivity relaxed; an interrupt or a budget leaves those that ended, if any did."""
-    found: dict[int, Outcome] = {}
-    whole = current()
-    few = whole.share(FEW_STARTS)  # by when one start must have ended
-    enough = whole.share(ALL_STARTS)
-    until = {"until": lambda: enough if found else few, "work": "the starts of a design"}
-    try:
-        for number, outcome in ends(jobs, _starter, bare(problem), workers=workers, **until):
-            found[number] = outcome
-            if on_start:
-                on_start(_entry(number, outcome))
-    except CUT_SHORT:
-        if not found:
-            raise
-    order = sorted(found)
-    return [found[k] for k in order], [_entry(k, found[k]) for k in order]
-
-
-def time_after(all_ended: bool) -> Deadline:
-    """What is left after the starts: the budget's rest, or a moment where an interrupt cut them short."""
-    return current() if all_ended or current() is not NEVER else Deadline.after(WIND_UP)
-
-
-def _starter(problem: Problem) -> Callable[[Job], Outcome]:
-    """What runs one start after another of a problem."""
-    programme = Programme(problem, back_off=BACK_OFFS[0])
-
-    def run(job: Job) -> Outcome:
-        return relaxed(programme, begin(programme, job), solver=job[3])
-
-    return run
-
-
-def begin(programme: Programme, job: Job) -> np.ndarray:
-    """Where a start begins: a stable point around its centre."""
-    centre, spread, seed, _ = job
-    return stable_start(programme, programme.x(centre), np.random.default_rng(seed), spread)
-
-
 def _stable(programme: Programme, x: np.ndarray) -> np.ndarray:
     """x where its loop is stable, else what a descent from there finds."""
     return stable_start(programme, x, np.random.default_rng(0), 0.0)
-
-
-def bare(problem: Problem) -> Problem:
-    """The problem without what a start does not need, so that it travels to another process."""
-    return replace(problem, models=problem.vehicle_models.alone(), variation=None, plan=None)
-
-
-def _entry(number: int, o: Outcome) -> Start:
-    return Start(number=number, cost=cost(o), violation=o.violation, evaluations=o.evaluations, message=o.message)
-
-
-def distinct(outcomes: list[Outcome]) -> list[Outcome]:
-    """Nearly feasible outcomes by cost, then the others by violation; of those that cost the same, the first."""
-
-    def rank(o: Outcome) -> tuple[bool, float]:
-        near = o.violation <= NEARLY
-        return not near, cost(o) if near else o.violation
-
-    out: list[Outcome] = []
-    for o in sorted(outcomes, key=rank):
-        if not any(abs(cost(o) / cost(other) - 1) < SAME_COST for other in out):
-            out.append(o)
-    return out
 
 
 @dataclass(frozen=True, slots=True)

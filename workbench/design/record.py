@@ -12,7 +12,9 @@ from workbench.control import Gains
 from workbench.control.structure.structure import Structure
 from workbench.design.loop_margins import LoopMargins, loop_margins
 from workbench.design.loop_verdict import loop_verdicts
+from workbench.design.multipliers import Multipliers
 from workbench.design.problem import Problem
+from workbench.design.valley import Valley, valley_of
 from workbench.design.verdict import verdicts
 from workbench.errors import InputError
 from workbench.exits import through
@@ -53,6 +55,7 @@ class Design(Result):
     verdicts : one on every goal, by the exact measures of these values
     starts : how each start ended;  binding : goals at their limits;  seed, solver : how to get there again
     analysis : exact measures of a vehicle; None for a plant of one's own
+    multipliers : what every limit costs, where a search for one set of gains of one vehicle ended here
     """
 
     problem: Problem
@@ -63,6 +66,12 @@ class Design(Result):
     seed: int = 0
     solver: str = "given"
     analysis: Analysis | None = None
+    multipliers: Multipliers | None = None
+
+    @property
+    def valley(self) -> Valley | None:
+        """Which way a vehicle's lateral signals act on sway and roll: a word and a sentence; None where none do."""
+        return valley_of(self.problem, self.gains) if self.problem.flies else None
 
     @property
     def flown(self) -> Analysis:
@@ -118,6 +127,11 @@ class Design(Result):
         document["requirements"] = [v.to_dict() for v in self.verdicts]
         document["starts"] = [s.to_dict() for s in self.starts]
         document["binding"] = list(self.binding)
+        if self.valley is not None:
+            document["valley"] = self.valley.word
+        if self.multipliers is not None:
+            document["multipliers"] = [m.to_dict() for m in self.multipliers.each]
+            document["multipliers_unexplained"] = self.multipliers.unexplained
         return document
 
     def structure_rows(self) -> list[Row]:
@@ -130,6 +144,7 @@ class Design(Result):
         return [
             ("problem", self.problem.name, ""),
             *cost,
+            *([("valley", self.valley.word, "")] if self.valley else []),
             ("requirements met" if self.problem.flies else "goals met", self.met, ""),
             *((f"{v.name} {v.sense} {v.limit:g}", v.value, v.unit) for v in self.verdicts),
             *self.structure_rows(),

@@ -15,25 +15,21 @@ import numpy as np
 
 from workbench.analysis.analysis import analyse
 from workbench.control import Gains
-from workbench.design.design import (
-    BACK_OFFS,
-    CUT_SHORT,
-    FINISHED,
-    Design,
-    Start,
-    distinct,
-    finished,
-    given,
-    jobs_of,
-    relaxed_starts,
-    rounded,
-    time_after,
-)
+from workbench.design.design import Design, Start, finished, given, rounded
 from workbench.design.effort import check_starts
 from workbench.design.family import Family, SharedChart
 from workbench.design.problem import Problem
 from workbench.design.refusal import in_words, miss, unstable
 from workbench.design.solve import cost, finish
+from workbench.design.starts import (
+    BACK_OFFS,
+    CUT_SHORT,
+    FINISHED,
+    distinct,
+    jobs_of,
+    relaxed_starts,
+    time_after,
+)
 from workbench.design.steering import Programme
 from workbench.design.variation import Variant, Variation, sentence
 from workbench.design.verdict import verdicts

@@ -86,6 +86,11 @@ class Programme:
         found = strictest(self.problem.requirements)
         return {name: r.relaxed(self.relaxation) if r.relaxed_first else r for name, r in found.items()}
 
+    @property
+    def held(self) -> dict[str, Requirement]:
+        """What has rows, in their order: a loop must be stable, whatever is asked."""
+        return {STABLE.name: STABLE, **self.asked}
+
     @cached_property
     def _cost(self) -> RideCost:
         return next((g for g in self.problem.goals if isinstance(g, RideCost)), RideCost())
@@ -222,8 +227,7 @@ class Programme:
     def measure(self, theta: np.ndarray) -> Measured:
         """Cost and constraint rows at the seventeen parameters, with their derivatives."""
         at = self.evaluated(theta)
-        asked = {STABLE.name: STABLE, **self.asked}  # a loop must be stable, whatever is asked
-        rows = [(row, r.floor(self.back_off)) for r in asked.values() for row in r.steer(at)]
+        rows = [(row, r.floor(self.back_off)) for r in self.held.values() for row in r.steer(at)]
         return Measured(*self._cost.cost(at), [row for row, _ in rows], tuple(floor for _, floor in rows))
 
     def evaluated(self, theta: np.ndarray) -> Evaluated:

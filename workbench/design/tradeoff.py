@@ -11,21 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.control import Gains
-from workbench.design.design import (
-    BACK_OFFS,
-    STARTS,
-    Design,
-    Job,
-    bare,
-    begin,
-    design,
-    finished,
-    jobs_of,
-    refine,
-)  # fmt: skip
+from workbench.design.design import Design, design, finished, refine
 from workbench.design.effort import check_starts
 from workbench.design.problem import Problem
 from workbench.design.solve import HOMOTOPY, finish, relaxed
+from workbench.design.starts import BACK_OFFS, STARTS, Job, bare, begin, jobs_of
 from workbench.design.steering import Programme
 from workbench.errors import InfeasibleError, InputError
 from workbench.goals.ride.requirement import requirement, requirement_class

@@ -13,7 +13,7 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
-from workbench.design.design import STARTS, design, method_of
+from workbench.design.design import design, method_of
 from workbench.design.plant_analysis import analysis_of
 from workbench.design.problem import Problem
 from workbench.design.record import Design, Start
@@ -22,7 +22,9 @@ from workbench.design.robust import RobustDesign, robust_design
 from workbench.design.robustness import Case, robustness
 from workbench.design.scheduled import ROUNDS as SCHEDULE_ROUNDS
 from workbench.design.scheduled import ScheduledDesign, schedule_design
+from workbench.design.starts import STARTS
 from workbench.design.tradeoff import TradeOff, trade_off
+from workbench.design.valley import in_valley
 from workbench.design.variation import STANDARD_BOX, Variation
 from workbench.errors import InputError
 from workbench.goals.ride.requirement import boxed
@@ -89,6 +91,7 @@ def complete(
     starts: int | None = None,
     seed: int | None = None,
     method: str | None = None,
+    valley: str | None = None,
     robust: bool | None = None,
     over_speeds: bool | None = None,
     sweep: bool | None = None,
@@ -102,7 +105,7 @@ def complete(
     Parameters
     ----------
     out : folder; nothing is written if left out
-    starts, seed, method : as of `design`; the problem's `effort` says what is left out, the deadline too
+    starts, seed, method, valley : as of `design`; the problem's `effort` says what is left out, the deadline too
     robust : gains for every vehicle of the problem's variation, else of the standard box; by the problem if left out
     over_speeds : gains that are polynomials of the speed, by the problem's plan; by the problem if left out
     sweep : the cost of a vehicle over the allowed peak sensitivity; if left out where it is limited, for one set of
@@ -119,6 +122,7 @@ def complete(
     InputError
         If the problem cannot be designed so, or the folder cannot be written to.
     """
+    problem = problem if valley is None else in_valley(problem, valley)
     way = _way(problem, robust, over_speeds)
     how = method_of(problem, method)
     sweepable = problem.flies and way == "one" and any(r.name == SWEPT for r in problem.requirements)

@@ -145,14 +145,18 @@ def least_violation(programme: Programme, x: np.ndarray, options: Options | None
     return _outcome(asked, result.x[:size], str(result.message), closest=True)
 
 
-def stationarity(point: Point, x: np.ndarray, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, float]:
+def stationarity(
+    point: Point, x: np.ndarray, low: np.ndarray, high: np.ndarray, active: np.ndarray | None = None
+) -> tuple[np.ndarray, float]:
     """Multipliers (m,) >= 0 of a point's constraints, and the norm of the gradient that they and the bounds leave.
+
+    active : numbers of the constraints that may have one; what is violated or at zero if left out
 
     The first-order conditions of Karush, Kuhn and Tucker, at a point that some solver returned.
     """
     from scipy.optimize import nnls
 
-    active = np.flatnonzero(point.constraints < FEASIBLE)
+    active = np.flatnonzero(point.constraints < FEASIBLE) if active is None else active
     room = AT_BOUND * np.where(np.isfinite(high - low), high - low, 1.0)
     sides = np.eye(len(x))
     pulls = np.vstack([point.jacobian[active], sides[x <= low + room], -sides[x >= high - room]])

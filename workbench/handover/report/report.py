@@ -49,6 +49,7 @@ def report_html(
     why_not = UNFILTERED if design.flown.stable else UNSTABLE
     sections = [
         ("Requirements", requirement_table(design.requirements)),
+        ("What the limits cost", _multipliers(design)),
         ("Gains", _gains(design)),
         ("Roots", figures(root_figures(design))),
         ("Trade-off", figures(trade_off_figures(design, trade_off))),
@@ -79,6 +80,18 @@ def _header(design: Design, time: str) -> str:
     return head(design.problem, time, word, kind, tiles)
 
 
+def _multipliers(design: Design) -> str:
+    found = design.multipliers
+    if found is None:
+        return ""
+    rows = [[m.name, f"{m.limit:g} {m.unit}", digits(m.per_percent), digits(m.per_unit), m.where] for m in found.each]
+    note = f"Rises of J for a stricter limit, to first order; {found.unexplained:.1%} of the gradient is left over."
+    return (
+        f"{table_block(['requirement', 'limit', 'J for 1 % of it', 'J for a unit', 'at'], rows)}"
+        f'<p class="quiet">{escape(note)}</p>'
+    )
+
+
 def _gains(design: Design) -> str:
     problem, values = design.problem, design.gains.as_dict()
     rows = []
@@ -90,10 +103,10 @@ def _gains(design: Design) -> str:
     fixed = [n for n in references if n in problem.fixed and problem.free]
     note = "One direction" if len(references) == 1 else "Two directions"
     note += " of the seventeen that change nothing: " + (f"removed by fixing {', '.join(fixed)}." if fixed else "kept.")
+    valley = f"<p>Valley: {escape(design.valley.sentence)}</p>" if design.valley else ""
     sampled = f" Digital form: Tustin's rule at {1e3 * problem.sample_time:g} ms."
-    return (
-        table_block(["gain", "value", "unit", "chosen within"], rows) + f'<p class="quiet">{escape(note + sampled)}</p>'
-    )
+    gains = table_block(["gain", "value", "unit", "chosen within"], rows)
+    return f'{gains}{valley}<p class="quiet">{escape(note + sampled)}</p>'
 
 
 def _ride(design: Design) -> str:
