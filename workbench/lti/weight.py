@@ -185,7 +185,10 @@ def profile_of(what: str, value: ProfileLike) -> Profile:
     if isinstance(value, Profile):
         return value
     if isinstance(value, Mapping):
-        points = np.array(sorted((float(k), float(v)) for k, v in value.items()), float)
+        try:
+            points = np.array(sorted((float(k), float(v)) for k, v in value.items()), float)
+        except (TypeError, ValueError):
+            points = np.zeros((0, 2))
         if len(points) < 2 or not (np.isfinite(points).all() and (points > 0).all()):
             raise InputError(f"{what} must have two or more breakpoints {{ω: magnitude}}, all positive; got {value!r}.")
         return Profile(breakpoints=points)

@@ -7,6 +7,7 @@ the brackets go, so both are counted first, in one pass over the text.
 """
 
 import json
+import math
 import re
 import tomllib
 from collections import Counter
@@ -19,6 +20,7 @@ LARGEST_FILE = 4_000_000  # bytes; a problem is 5 kB, a gain table with evidence
 DEEPEST = 32  # brackets in brackets; a gain table has seven
 MOST_PARTS = 16  # of a dotted key; a study's longest has four
 MOST_KEYS = 100_000  # and tables, of a file; a gain table with its promises has some thousands
+LARGEST = 1e100  # of a data file's numbers, and the inverse of the smallest; SI quantities stay far within
 LONGEST_WORD = 1000  # letters outside quotation marks; a double has 25
 
 # Each alternative takes what is left of the text where the closing marks are missing: one pass, whatever is given.
@@ -64,6 +66,8 @@ def read_mapping(path: Path, kind: str = "") -> dict[str, Any]:
         raise InputError(f"{path} must be valid {kind}; {error}. Mend it there.") from error
     if not isinstance(document, dict):
         raise InputError(f"{path} must hold a {kind} mapping; got a {type(document).__name__}.")
+    if kind == "TOML":
+        _check_numbers(document, path, "")
     return document
 
 
@@ -94,6 +98,18 @@ def _check_size(text: str, path: Path, kind: str) -> None:
         raise InputError(f"{path} must be valid {kind}; a number has thousands of digits. Mend it there.")
     if _depth(bare) > DEEPEST:
         raise InputError(f"{path} must not be nested deeply; give a flat {kind} mapping.")
+
+
+def _check_numbers(value: Any, path: Path, key: str) -> None:
+    """Refuses finite numbers whose squares and products leave the doubles; no quantity of a data file needs them."""
+    parts = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+    for name, part in parts:
+        _check_numbers(part, path, f"{key}.{name}" if key and isinstance(name, str) else key or str(name))
+    if isinstance(value, int | float) and 0 < abs(value) < math.inf and not 1 / LARGEST <= abs(value) <= LARGEST:
+        raise InputError(
+            f"{path}: {key} must be 0 or of a size from {1 / LARGEST:g} to {LARGEST:g}; got {shown(value)}. "
+            "Choose other units, or mend the exponent."
+        )
 
 
 def _depth(bare: str) -> int:

@@ -13,6 +13,7 @@ from workbench.lti.realisation import EPS, state_scale
 
 UNMOVED = 1e-8  # of the balanced matrix's norm; a multiple eigenvalue is rounded by the root of 1e-16
 RANK = 1e-12  # of the balanced matrix's norm: rounding is below 1e-13 of it
+WIDEST = 500  # powers of two between units: their products stay within the doubles
 ROUNDS = 4  # of balancing: the inputs' and measurements' units follow the states'
 
 
@@ -92,7 +93,10 @@ def _in_like_units(A: np.ndarray, B: np.ndarray, C: np.ndarray) -> tuple[np.ndar
         scaled[:n, n : n + nu] = pace * _unit(B / units[:, None])
         scaled[n : n + nu, n + nu :] = pace
         scaled[n + nu :, :n] = pace * _unit((C * units).T).T
-        units = units * state_scale(scaled)[:n]
+        better = units * state_scale(scaled)[:n]
+        if np.any(np.abs(np.log2(better)) > WIDEST):
+            break
+        units = better
     return A / units[:, None] * units, B / units[:, None], C * units, units
 
 
@@ -112,6 +116,8 @@ def _written(pole: complex) -> str:
 
 
 def _unit(B: np.ndarray) -> np.ndarray:
-    """Columns of unit length; zero columns stay."""
-    length = np.linalg.norm(B, axis=0)
-    return B / np.where(length > 0, length, 1.0)
+    """Columns of unit length; zero columns stay. Sizes first, so that no square leaves the doubles."""
+    for size in (lambda M: np.abs(M).max(axis=0, initial=0.0), lambda M: np.linalg.norm(M, axis=0)):
+        length = size(B)
+        B = B / np.where(length > 0, length, 1.0)
+    return B

@@ -202,6 +202,9 @@ class _Search:
                 break
             until = self._share(starts - k, 0.5)
             stable = self._stabilised(K, until)
+            if k == 0 and stable.value >= 0 and (other := self._loop.regulator()) is not None:
+                other = self._stabilised(np.clip(other, -self._limit, self._limit), until)
+                stable = min(stable, other, key=lambda m: m.value)
             if stable.value < 0 and not any(ends):  # a plant that can hardly be stabilised: less is asked of it
                 self._min_decay = min(self._min_decay, -stable.value / ROOM)
             if stable.value >= 0 or not self._measure()(stable.x.reshape(shape)):

@@ -80,6 +80,25 @@ class StaticLoop:
         product = np.outer(np.where(rows > 0, rows, 1.0), np.where(columns > 0, columns, 1.0))
         return (np.linalg.norm(self.A, 2) or 1.0) / product
 
+    def regulator(self) -> np.ndarray | None:
+        """The linear-quadratic regulator's state feedback, read from the measurements as well as they show the state.
+
+        With the state measured it stabilises; else it is a place to start. Prices are each input's `size`. None where
+        the Riccati equation has no solution.
+        """
+        from scipy.linalg import solve_continuous_are
+
+        rate = float(np.linalg.norm(self.A, 2)) or 1.0
+        rows = np.linalg.norm(self.B2, axis=0)
+        rows[rows == 0] = 1.0
+        B = self.B2 / rows
+        try:
+            X = solve_continuous_are(self.A / rate, B, np.eye(len(B)), np.eye(B.shape[1]))
+        except (np.linalg.LinAlgError, ValueError):
+            return None
+        K = -(rate / rows)[:, None] * (B.T @ X @ np.linalg.pinv(self.C))
+        return K if np.all(np.isfinite(K)) else None
+
     def fixed_mode(self) -> tuple[complex, str]:
         """An unstable eigenvalue that no feedback moves, and which side misses it ("" where there is none).
 
