@@ -7,15 +7,17 @@ Quantities and their names: guide, Definitions; a group that a problem does not 
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from workbench.analysis.mode import REAL, Mode, modes_of
 from workbench.analysis.motor import MotorWork, motor_squares, motor_work
+from workbench.analysis.nonlinear_ride import NonlinearRide, bends, nonlinear_ride
 from workbench.analysis.power import mechanical_power, resistive_power
-from workbench.analysis.response import Driven, driven, point_acceleration, random_loops
+from workbench.analysis.response import COST_POINTS, COST_SCALE, Driven, driven, point_acceleration, random_loops
 from workbench.analysis.sensor import noise_rms, static_errors
 from workbench.analysis.setting import Setting
 from workbench.constants import GRAVITY
@@ -27,8 +29,6 @@ from workbench.lti.norm import Peak, peak_gain
 from workbench.lti.signals import numbered
 from workbench.result import Result, Row, plain
 
-COST_SCALE = 1e4  # J = 10⁴ Σ mean squares in g²
-COST_POINTS = ("cg", "front", "rear")
 TYPES = ("A1", "A2", "A3", "A4")
 ENDS = ("front", "rear")
 PEAK_SIGMAS = 3.0
@@ -67,6 +67,14 @@ class Analysis(Result):
     control_power_w: Mapping[str, float | None]
     cost: float | None
     motor: MotorWork | None = None
+    _setting: Setting | None = field(default=None, repr=False, compare=False)
+
+    @cached_property
+    def nonlinear(self) -> NonlinearRide | None:
+        """The ride with forces that bend; None where these are not known, or the linear ride has no figures."""
+        if self._setting is None or self.cost is None or not bends(self._setting):
+            return None
+        return nonlinear_ride(self._setting, self.gains, self.rms, self.cost)
 
     @property
     def damping(self) -> float:
@@ -145,7 +153,7 @@ def analyse(setting: Setting, gains: Gains, name: str = "") -> Analysis:
         static_error=static, sensor_noise_rms=noise, peak_gap_change=_peaks(random.rms, static, noise),
         clearance=dict(zip(("gap", "gap_lateral"), setting.clearance, strict=True)),
         control_power_w=random.power, cost=random.cost,
-        motor=motor_work(setting, loops, random.motor_squares, random.motor_power),
+        motor=motor_work(setting, loops, random.motor_squares, random.motor_power), _setting=setting,
     )  # fmt: skip
 
 

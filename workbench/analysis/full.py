@@ -99,6 +99,8 @@ class FullAnalysis(Result):
             },
         }
         document["comfort"] = None if self.comfort is None else self.comfort.to_dict()
+        if self.analysis.nonlinear is not None:
+            document["nonlinear"] = plain(self.analysis.nonlinear)
         return document
 
     def rows(self) -> list[Row]:
@@ -106,9 +108,10 @@ class FullAnalysis(Result):
         return [*self.analysis.rows(), *disk]
 
     def tables(self) -> list[tuple[str, tuple[str, ...], list[tuple[str, ...]]]]:
-        """The ride at every point as (title, columns, rows of strings)."""
+        """The ride with straight and bent forces and at every point, as (title, columns, rows of strings)."""
+        bent = [] if self.analysis.nonlinear is None else [self.analysis.nonlinear.table()]
         if self.comfort is None:
-            return []
+            return bent
         columns = ("place", "direction", "rms", "below 1 Hz", "weighted", "Wf", "Sperling", "PSD / boundary")
         rows = []
         for p in self.comfort.points:
@@ -116,7 +119,7 @@ class FullAnalysis(Result):
             figures = (r.rms, r.rms_below_1_hz, r.rms_weighted, r.rms_motion_sickness, p.sperling, p.mask_ratio)
             rows.append((p.point, r.direction, *map(figure, figures)))
         title = "Ride, accelerations in m/s²; boundary: ISO 2631:1974 reduced comfort, 1 h (unverified values)"
-        return [(title, columns, rows)]
+        return [*bent, (title, columns, rows)]
 
 
 def full_analysis(

@@ -11,6 +11,7 @@ from workbench.control.loop import Subject, subject
 from workbench.lti import Plant
 from workbench.lti.model import Model
 from workbench.physics.guideway.roughness import Roughness
+from workbench.physics.vehicle.curvature import Bend
 from workbench.physics.vehicle.offset import GapOffsets
 
 
@@ -46,6 +47,7 @@ class Setting:
         both empty where every set has a command of its own
     elsewhere : the setting with factors on mass, inertias and forces (names of `physics.vehicle.varied`)
     offsets : the vehicle at other gaps; None where its coils are not known
+    bend : how its forces bend at rest; None where that is not known
     """
 
     plant: Plant
@@ -65,6 +67,7 @@ class Setting:
     places: tuple[tuple[float, float], ...] = ()
     elsewhere: Callable[[Mapping[str, float]], "Setting"] | None = None
     offsets: GapOffsets | None = None
+    bend: Bend | None = None
 
     @cached_property
     def subjects(self) -> tuple[Subject, ...]:

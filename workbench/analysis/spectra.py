@@ -97,7 +97,7 @@ def response_spectra(
             raise InputError(
                 f"spectra need a stable loop; {subject.name} is unstable under these gains. Change the gains."
             )
-        keys, rows = _outputs(setting, closed.outputs)
+        keys, rows = looked_at(setting, closed.outputs)
         acting = [TYPES.index(t) for t in exciting_types(setting, subject)]
         transfer = np.zeros((len(f), len(rows), len(TYPES)), complex)
         transfer[:, :, acting] = rows @ guideway_response(setting, closed, omega, waves[:, :, acting])
@@ -108,7 +108,7 @@ def response_spectra(
     return Spectra(frequency_hz=f, density=dict(zip(keys, density, strict=True)))
 
 
-def _outputs(setting: Setting, names: Sequence[str]) -> tuple[list[tuple[str, str]], np.ndarray]:
+def looked_at(setting: Setting, names: Sequence[str]) -> tuple[list[tuple[str, str]], np.ndarray]:
     """Keys, and rows over a loop's outputs, of everything a Spectra holds."""
     keys, rows = [], []
     for direction in "zy":

@@ -45,6 +45,7 @@ from workbench.physics.guideway.spectrum import PowerLaw
 from workbench.physics.motor import HybridMotor, VehicleCoil, Winding
 from workbench.physics.vehicle import Extras, Vehicle, current_forces, varied
 from workbench.physics.vehicle.carried import check_carried
+from workbench.physics.vehicle.curvature import Bend
 from workbench.physics.vehicle.drive import MotorDrive
 from workbench.physics.vehicle.flight import Flight
 from workbench.physics.vehicle.offset import GapOffsets
@@ -271,6 +272,7 @@ class ProblemData:
         """A vehicle linearised at its operating point, on the data's guideway."""
         d, coil = self.file, self.file.control_coil
         flown, point = self.flight(), self.operating_point(vehicle)
+        offsets = self.offsets(vehicle, flown)
         per_command = len(vehicle.groups[0])
         drive = vehicle.drive
         law = ModalLaw if drive is None else ModalLaw.with_motor
@@ -289,7 +291,8 @@ class ProblemData:
             joined=vehicle.joined, places=point.vehicle.positions if vehicle.joined else (),
             clearance=least_distance(d.force_law, d.vehicle, flown, point),
             motor=_motor_point(drive) if drive else None,
-            elsewhere=_Elsewhere(self, vehicle), offsets=self.offsets(vehicle, flown),
+            elsewhere=_Elsewhere(self, vehicle), offsets=offsets,
+            bend=None if offsets is None else Bend(point=point, offsets=offsets),
         )  # fmt: skip
 
     def offsets(self, vehicle: Vehicle, flown: Flight | None) -> GapOffsets | None:

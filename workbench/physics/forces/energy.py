@@ -99,15 +99,22 @@ def placed_in_corner(loop: WireLoop, width, gap, gap_lateral, roll=0.0, pitch=0.
 
 
 def clearance(coils: CoilSet, gap, gap_lateral, roll) -> tuple:
-    """Smallest height over the floor and smallest distance from the wall of any filament [m], elementwise.
+    """Smallest height over the floor and smallest distance from the wall of any filament [m], elementwise."""
+    height = distance = ca.inf
+    for floor, wall in zip(*edge_distances(coils, gap, gap_lateral, roll), strict=True):
+        height, distance = ca.fmin(height, floor), ca.fmin(distance, wall)
+    return height, distance
+
+
+def edge_distances(coils: CoilSet, gap, gap_lateral, roll) -> tuple[list, list]:
+    """Heights over the floor and distances from the wall of the four long sides [m], elementwise.
 
     Long sides only: pitch and yaw are zero, so they contain the extremes.
     """
     _, y0, z0 = coils.control_offset
     half, half_control = coils.width / 2, coils.control_width / 2
     sides = ((-half, 0.0), (half, 0.0), (y0 - half_control, z0), (y0 + half_control, z0))
-    height = distance = ca.inf
-    for eta, zeta in sides:
-        height = ca.fmin(height, gap + eta * ca.sin(roll) + zeta * ca.cos(roll))
-        distance = ca.fmin(distance, gap_lateral + half + eta * ca.cos(roll) - zeta * ca.sin(roll))
-    return height, distance
+    sine, cosine = ca.sin(roll), ca.cos(roll)
+    floor = [gap + eta * sine + zeta * cosine for eta, zeta in sides]
+    wall = [gap_lateral + half + eta * cosine - zeta * sine for eta, zeta in sides]
+    return floor, wall
