@@ -8,14 +8,14 @@ import pytest
 from scipy.special import digamma, polygamma
 
 from workbench.analysis.analysis import analyse
-from workbench.analysis.closure import SIGNALS, Loop, settled
+from workbench.analysis.closure import SIGNALS, GridLoop, settled
 from workbench.analysis.full import full_analysis
 from workbench.analysis.nonlinear_ride import BentLoop, bends
 from workbench.control import Gains
 from workbench.control.gains import GAIN_NAMES
 from workbench.files.problem import load_problem
 from workbench.physics.guideway.irregularity import TYPES
-from workbench.physics.vehicle.curvature import Curvature
+from workbench.physics.vehicle.curvature import ForceBend
 
 # the report's gains with shorter lateral filters: forces that bend show in the vertical ride at the front
 SHORT = Gains(
@@ -41,7 +41,7 @@ def rougher(factor: float):
     return replace(setting(), guideway=replace(guideway, **spectra))
 
 
-def toda(sigma: float, slope: float, damping: float = 0.3) -> Loop:
+def toda(sigma: float, slope: float, damping: float = 0.3) -> GridLoop:
     """A mass on the force W exp(−slope x), in white noise that moves it by sigma where the force is a straight line."""
     duration, count, W = 80.0, 4096, 1.0
     omega = 2 * np.pi * np.arange(count // 2 + 1) / duration
@@ -56,11 +56,11 @@ def toda(sigma: float, slope: float, damping: float = 0.3) -> Loop:
         derivatives.append(tensor)
     loads = np.zeros((5, 1, 3))
     loads[0, 0, 0] = 1.0
-    bend = Curvature(
+    bend = ForceBend(
         derivatives=tuple(derivatives), by_pose=np.zeros((1, 3, 5)), spread=np.zeros((1, 1)), loads=loads,
         edges=np.zeros((1, 2, 4, 3)), clear=np.zeros((1, 2, 4)), length=1.0,
     )  # fmt: skip
-    return Loop(
+    return GridLoop(
         duration=duration, count=count, wind=wind, push=push, felt_wind=wind[:, :1], felt_push=push[:, :1], bend=bend
     )
 
@@ -111,7 +111,7 @@ def test_a_full_ride_changes_as_it_was_measured_in_time():
 
 def test_drawn_guideways_agree_with_the_closure():
     at = BentLoop(setting(), SHORT)
-    drawn = at.sampled(rides=16, seed=1)
+    drawn = at.drawn(rides=16, seed=1)
     assert drawn.lost == 0
     before = at.loop.mean_squares((np.abs(at.loop.felt_wind) ** 2).sum(2))
     after = at.loop.mean_squares(at.found.felt)

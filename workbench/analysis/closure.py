@@ -24,14 +24,14 @@ from math import factorial
 import numpy as np
 from scipy.fft import irfft, rfft
 
-from workbench.physics.vehicle.curvature import SIGNALS, Curvature
+from workbench.physics.vehicle.curvature import SIGNALS, ForceBend
 
 STEPS = 40
 SETTLED = 1e-7  # relative, of every mean square: below it gradients by the adjoint agree with differences to 1e-5
 
 
 @dataclass(frozen=True)
-class Loop:
+class GridLoop:
     """The closed linear loop on a uniform grid of frequencies.
 
     duration, count : T [s] and even N of the times that belong to the grid
@@ -45,7 +45,7 @@ class Loop:
     push: np.ndarray
     felt_wind: np.ndarray
     felt_push: np.ndarray
-    bend: Curvature
+    bend: ForceBend
 
     @cached_property
     def loads(self) -> np.ndarray:
@@ -80,14 +80,14 @@ class Loop:
         return rfft(history, n=self.count, axis=0) * self.time_step
 
     @property
-    def at_rest(self) -> "State":
+    def at_rest(self) -> "Moments":
         """What the linear loop does: where the search begins."""
         mean = np.zeros((self.sets, SIGNALS))
-        return State(self.wind @ adjoint(self.wind), self.push @ self.loads, mean)
+        return Moments(self.wind @ adjoint(self.wind), self.push @ self.loads, mean)
 
 
 @dataclass(frozen=True)
-class State:
+class Moments:
     """spectrum : (K, m, m) of the deviations;  answer : (K, m, p) of them to forces;  mean : (n, 4) of them"""
 
     spectrum: np.ndarray
@@ -107,8 +107,8 @@ class Passage:
     after : the state that follows;  felt : (K, r) densities of what is looked at
     """
 
-    loop: Loop
-    state: State
+    loop: GridLoop
+    state: Moments
     averages: list[np.ndarray]
     correlation: np.ndarray
     kernel: np.ndarray
@@ -118,7 +118,7 @@ class Passage:
     noise: np.ndarray
     turn: np.ndarray
     carried: np.ndarray
-    after: State
+    after: Moments
     felt: np.ndarray
 
     @property
@@ -127,7 +127,7 @@ class Passage:
         return own(self.correlation[0])
 
 
-def passage(loop: Loop, state: State) -> Passage:
+def passage(loop: GridLoop, state: Moments) -> Passage:
     """One round of the fixed point."""
     n, half = loop.sets, loop.count // 2
     R = loop.in_time(state.spectrum).reshape(-1, n, SIGNALS, n, SIGNALS)
@@ -155,11 +155,11 @@ def passage(loop: Loop, state: State) -> Passage:
     felt = (np.abs(direct) ** 2).sum(2) + ((stirred @ noise) * stirred.conj()).sum(2).real
     return Passage(
         loop, state, averages, R, K, once, twice, slope, noise, turn, carried,
-        State(spectrum, answer, mean.reshape(n, SIGNALS)), felt,
+        Moments(spectrum, answer, mean.reshape(n, SIGNALS)), felt,
     )  # fmt: skip
 
 
-def settled(loop: Loop, tolerance: float = SETTLED) -> Passage | None:
+def settled(loop: GridLoop, tolerance: float = SETTLED) -> Passage | None:
     """The round that changes no mean square; None where the rounds find none, or the loop so changed is not stable."""
     state, before = loop.at_rest, np.full(loop.felt_wind.shape[1], np.inf)
     for _ in range(STEPS):
@@ -173,7 +173,7 @@ def settled(loop: Loop, tolerance: float = SETTLED) -> Passage | None:
     return None
 
 
-def _causal(loop: Loop, answer: np.ndarray) -> bool:
+def _causal(loop: GridLoop, answer: np.ndarray) -> bool:
     """Whether the answers end: those of an unstable loop come before their cause."""
     half = loop.count // 2
 

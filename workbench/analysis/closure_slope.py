@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.fft import irfft, rfft
 
-from workbench.analysis.closure import SIGNALS, STEPS, Loop, Passage, State, adjoint
+from workbench.analysis.closure import SIGNALS, STEPS, GridLoop, Moments, Passage, adjoint
 
 SETTLED = 1e-7  # relative, of the weights
 
@@ -27,7 +27,7 @@ class Weights:
 
 
 @dataclass(frozen=True)
-class Figure:
+class Aim:
     """What a figure is made of: weights of the densities looked at (K, r), of the deviations' spectrum and mean."""
 
     felt: np.ndarray
@@ -35,18 +35,18 @@ class Figure:
     mean: np.ndarray | None = None
 
 
-def pulled(found: Passage, figure: Figure) -> Weights:
+def pulled(found: Passage, aim: Aim) -> Weights:
     """Weights of the responses in a figure at the fixed point."""
     state, size = found.state, None
-    seed = State(
-        np.zeros_like(state.spectrum) if figure.spectrum is None else figure.spectrum,
+    seed = Moments(
+        np.zeros_like(state.spectrum) if aim.spectrum is None else aim.spectrum,
         np.zeros_like(state.answer),
-        np.zeros_like(state.mean) if figure.mean is None else figure.mean,
+        np.zeros_like(state.mean) if aim.mean is None else aim.mean,
     )
     weight = seed
     for _ in range(STEPS):
-        before, weights = _backwards(found, weight, figure.felt)
-        after = State(*(getattr(seed, k) + getattr(before, k) for k in ("spectrum", "answer", "mean")))
+        before, weights = _backwards(found, weight, aim.felt)
+        after = Moments(*(getattr(seed, k) + getattr(before, k) for k in ("spectrum", "answer", "mean")))
         change = np.abs(after.spectrum - weight.spectrum).max()
         weight, size = after, np.abs(after.spectrum).max()
         if change <= SETTLED * size:
@@ -54,7 +54,7 @@ def pulled(found: Passage, figure: Figure) -> Weights:
     return weights
 
 
-def _backwards(found: Passage, after: State, felt: np.ndarray) -> tuple[State, Weights]:
+def _backwards(found: Passage, after: Moments, felt: np.ndarray) -> tuple[Moments, Weights]:
     """One round: weights of its state and of the responses, from those of what it makes."""
     loop = found.loop
     E, W, Q, answer = found.turn, found.carried, found.noise, found.after.answer
@@ -81,7 +81,7 @@ def _backwards(found: Passage, after: State, felt: np.ndarray) -> tuple[State, W
     return _averaged(found, slope_w, noise_w, force_w.reshape(loop.sets, 3)), weights
 
 
-def _averaged(found: Passage, slope_w: np.ndarray, noise_w: np.ndarray, force_w: np.ndarray) -> State:
+def _averaged(found: Passage, slope_w: np.ndarray, noise_w: np.ndarray, force_w: np.ndarray) -> Moments:
     """Weights of the state, from those of slopes, noise and mean force."""
     loop, (n, half) = found.loop, (found.loop.sets, found.loop.count // 2)
     R, K, H = found.correlation, found.kernel, found.averages[2]
@@ -110,17 +110,17 @@ def _averaged(found: Passage, slope_w: np.ndarray, noise_w: np.ndarray, force_w:
             covariance_w += 0.5 * (flat @ second).reshape(n, SIGNALS, SIGNALS)
     for i in range(n):
         R_w[0, i, :, i] += covariance_w[i]
-    return State(
+    return Moments(
         _to_frequency(loop, R_w.reshape(-1, SIGNALS * n, SIGNALS * n)),
         _to_frequency(loop, K_w.reshape(half, SIGNALS * n, 3 * n)), mean_w,
     )  # fmt: skip
 
 
-def _from_frequency(loop: Loop, weight: np.ndarray) -> np.ndarray:
+def _from_frequency(loop: GridLoop, weight: np.ndarray) -> np.ndarray:
     """Weights of a history, from those of its `in_frequency`."""
     return irfft(weight / loop.folds[:, None, None], n=loop.count, axis=0) * (loop.count * loop.time_step)
 
 
-def _to_frequency(loop: Loop, weight: np.ndarray) -> np.ndarray:
+def _to_frequency(loop: GridLoop, weight: np.ndarray) -> np.ndarray:
     """Weights of a spectrum, from those of its `in_time`."""
     return rfft(weight, n=loop.count, axis=0) * (loop.folds[:, None, None] / loop.duration)

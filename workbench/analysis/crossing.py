@@ -22,7 +22,7 @@ SURFACES = ("floor", "wall")
 
 
 @dataclass(frozen=True)
-class Crossings:
+class Contacts:
     """Of the n sets' distances from floor and wall, each at the edge that touches most often.
 
     distance, sigma : (n, 2) mean and standard deviation [m];  logarithm : (n, 2) of the rate ν [1/s]
@@ -49,7 +49,7 @@ class Crossings:
         return int(found[0]), int(found[1])
 
 
-def crossings(setting: Setting, found: Passage) -> Crossings:
+def crossings(setting: Setting, found: Passage) -> Contacts:
     """Rates at which the distances reach zero."""
     loop, bend, n = found.loop, found.loop.bend, found.loop.sets
     f = np.arange(len(loop.wind)) / loop.duration
@@ -70,7 +70,7 @@ def crossings(setting: Setting, found: Passage) -> Crossings:
         return np.take_along_axis(values, worst, axis=2)[..., 0]
 
     row = np.take_along_axis(bend.edges, worst[..., None], axis=2)[:, :, 0]
-    return Crossings(there(distance), np.sqrt(there(spread[0])), there(logarithm), row, there(spread[1]), smooth)
+    return Contacts(there(distance), np.sqrt(there(spread[0])), there(logarithm), row, there(spread[1]), smooth)
 
 
 def _rate_passed(frequency_hz: np.ndarray, time: float) -> np.ndarray:

@@ -1,6 +1,6 @@
 """The ride of the vehicle whose forces bend: mean squares, cost and contacts beside the linear ones.
 
-    Setting, gains --closed loop on a grid--> Loop --closure--> densities with and without the bend --> ratios, cost
+    Setting, gains --closed loop on a grid--> GridLoop --closure--> densities with and without the bend --> ratios, cost
                                                                 mean, variance of distances --> contacts per hour
 
 A mean square is the exact linear one plus what the bend changes of its density on the grid: without curvature the ride
@@ -15,12 +15,12 @@ import casadi as ca
 import numpy as np
 from scipy.fft import next_fast_len
 
-from workbench.analysis.closure import SIGNALS, Loop, Passage, adjoint, settled
-from workbench.analysis.closure_slope import Figure, Weights, pulled
-from workbench.analysis.crossing import SURFACES, Crossings, crossings
+from workbench.analysis.closure import SIGNALS, GridLoop, Passage, adjoint, settled
+from workbench.analysis.closure_slope import Aim, Weights, pulled
+from workbench.analysis.crossing import SURFACES, Contacts, crossings
+from workbench.analysis.drawn_ride import DrawnRides, drawn_rides
 from workbench.analysis.response import COST_POINTS, COST_SCALE, seen_guideway, spectrum_of
 from workbench.analysis.ride import weight
-from workbench.analysis.sampled_ride import Sampled, sampled_rides
 from workbench.analysis.setting import Setting
 from workbench.analysis.spectra import UNITS, looked_at
 from workbench.constants import GRAVITY
@@ -30,7 +30,7 @@ from workbench.control.loop import GROUPS, close
 from workbench.lti import Plant
 from workbench.lti.signals import COORDINATES
 from workbench.physics.guideway.irregularity import TYPES, phasors
-from workbench.physics.vehicle.curvature import Curvature
+from workbench.physics.vehicle.curvature import ForceBend
 from workbench.physics.vehicle.linear import EXTERNAL
 from workbench.result import Result, Row, figure
 
@@ -135,7 +135,7 @@ class BentLoop:
     gains: Gains
 
     @property
-    def _bend(self) -> Curvature:
+    def _bend(self) -> ForceBend:
         assert self.setting.bend is not None
         return self.setting.bend.curvature
 
@@ -181,13 +181,13 @@ class BentLoop:
         return response, wave, np.concatenate([by_wind, by_load], axis=2)
 
     @cached_property
-    def loop(self) -> Loop:
+    def loop(self) -> GridLoop:
         """Deviations and what is looked at, on the grid."""
         (duration, omega), (_, wave, outputs) = self._omega, self._responses
         n, t = wave.shape[1] // 2, wave.shape[2]
         moved, felt = self._rows @ outputs, self._keys[1] @ outputs
         moved.reshape(len(omega), n, SIGNALS, -1)[:, :, :2, :t] -= wave.reshape(-1, 2, n, t).swapaxes(1, 2)
-        return Loop(
+        return GridLoop(
             duration=duration, count=2 * (len(omega) - 1), wind=moved[..., :t], push=moved[..., t:],
             felt_wind=felt[..., :t], felt_push=felt[..., t:], bend=self._bend,
         )  # fmt: skip
@@ -231,14 +231,14 @@ class BentLoop:
                 weights[:, self._keys[0].index((quantity, place))] = squared
         return weights
 
-    def sampled(self, *, rides: int = 16, seed: int = 0) -> Sampled:
+    def drawn(self, *, rides: int = 16, seed: int = 0) -> DrawnRides:
         """Ratio of J first, then of each mean square looked at, over drawn guideways: another route to the same."""
         r = self.loop.felt_wind.shape[1]
         each = [np.broadcast_to(np.eye(r)[k], self._cost_weights.shape) for k in range(r)]
-        return sampled_rides(self.loop, [self._cost_weights, *each], rides=rides, seed=seed)
+        return drawn_rides(self.loop, [self._cost_weights, *each], rides=rides, seed=seed)
 
     @cached_property
-    def crossings(self) -> Crossings:
+    def crossings(self) -> Contacts:
         """Level crossings of the coils' distances."""
         assert self.found is not None
         return crossings(self.setting, self.found)
@@ -251,7 +251,7 @@ class BentLoop:
         loop, found = self.loop, self.found
         assert found is not None
         felt = (COST_SCALE / GRAVITY**2 / loop.duration * loop.folds)[:, None] * self._cost_weights
-        weights = pulled(found, Figure(felt))
+        weights = pulled(found, Aim(felt))
         straight = 2 * felt[:, :, None] * loop.felt_wind
         return self._slope(Weights(weights.wind, weights.push, weights.felt_wind - straight, weights.felt_push))
 
@@ -273,7 +273,7 @@ class BentLoop:
         mean = np.zeros((n, SIGNALS))
         mean[:, :3] = np.einsum("is,isj->ij", -share * met.distance / met.sigma**2, met.row)
         spectrum = spectrum.reshape(len(loop.wind), n * SIGNALS, -1)
-        return self._slope(pulled(found, Figure(np.zeros(found.felt.shape), spectrum, mean)))
+        return self._slope(pulled(found, Aim(np.zeros(found.felt.shape), spectrum, mean)))
 
     def _slope(self, weights: Weights) -> np.ndarray:
         """(17,) from weights of the loop's responses: closing another law moves outputs by P_e dK y."""

@@ -27,7 +27,7 @@ SIGNALS = 4  # of a set: Δh, Δh' [m], roll φ [rad], current ratio α
 
 
 @dataclass(frozen=True, kw_only=True)
-class Curvature:
+class ForceBend:
     """Forces of n coil sets beyond their straight line at rest, and what they act on.
 
     derivatives : of orders 2 … 5, each (n, 3, 4, …, 4): lift, lateral force [N], roll moment [N m] by Δh, Δh' [m], φ, α
@@ -59,7 +59,7 @@ class Bend:
     offsets: GapOffsets
 
     @cached_property
-    def curvature(self) -> Curvature:
+    def curvature(self) -> ForceBend:
         """What bends there."""
         exact, point = self.offsets.law, self.point
         law = point.vehicle.force_law if exact is None else TaylorLaw.from_corner(exact, HIGHEST_ORDER)
@@ -74,7 +74,7 @@ class Bend:
         gaps = np.array([self.offsets.gap, self.offsets.gap_lateral, 0.0])[:, None] + point.deviation
         edges = [_edges(self.offsets)(pose) for pose in gaps.T]
         clear, slopes = (np.stack([one[k].full() for one in edges]) for k in (0, 1))
-        return Curvature(
+        return ForceBend(
             derivatives=tuple(tensors), by_pose=by_pose, spread=point.vehicle.spread, loads=loads,
             edges=slopes.reshape(n, 2, -1, 3, order="F"), clear=clear.reshape(n, 2, -1, order="F"),
             length=self.offsets.coils.length,

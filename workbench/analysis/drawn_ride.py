@@ -14,9 +14,9 @@ from math import factorial
 import numpy as np
 from scipy.fft import irfft, rfft
 
-from workbench.analysis.closure import SIGNALS, Loop
+from workbench.analysis.closure import SIGNALS, GridLoop
 from workbench.errors import InputError
-from workbench.physics.vehicle.curvature import Curvature
+from workbench.physics.vehicle.curvature import ForceBend
 
 ROUNDS = 60
 SETTLED = 1e-6  # of the largest load: 1e-6 of a mean square
@@ -25,7 +25,7 @@ FAR = 0.5  # [m, rad, of main coil] a round beyond it is not coming back
 
 
 @dataclass(frozen=True)
-class Sampled:
+class DrawnRides:
     """Sums over looked-at quantities (weights (r, K) each) of rides that settled, bent over straight.
 
     ratio, error : (q,) of mean squares, and standard error by the scatter of the paired rides
@@ -38,7 +38,7 @@ class Sampled:
     lost: int
 
 
-def sampled_rides(loop: Loop, weights: Sequence[np.ndarray], *, rides: int = 16, seed: int = 0) -> Sampled:
+def drawn_rides(loop: GridLoop, weights: Sequence[np.ndarray], *, rides: int = 16, seed: int = 0) -> DrawnRides:
     """Ratios of weighted sums of mean squares over drawn periods of a loop's guideway.
 
     weights : (K, r) each, of the one-sided densities of what is looked at
@@ -59,14 +59,14 @@ def sampled_rides(loop: Loop, weights: Sequence[np.ndarray], *, rides: int = 16,
             squares = [(np.abs(y[1:, :, 0]) ** 2) for y in (straight, bent)]
             pairs.append([[(w[1:] * square).sum() for w in weights] for square in squares])
     if len(pairs) < 2:
-        return Sampled(np.full(len(weights), np.nan), np.full(len(weights), np.nan), len(pairs), rides - len(pairs))
+        return DrawnRides(np.full(len(weights), np.nan), np.full(len(weights), np.nan), len(pairs), rides - len(pairs))
     straight, bent = np.array(pairs).swapaxes(0, 1)
     ratio = bent.sum(0) / straight.sum(0)
     error = (bent - ratio * straight).std(axis=0, ddof=1) / straight.mean(0) / np.sqrt(len(pairs))
-    return Sampled(ratio, error, len(pairs), rides - len(pairs))
+    return DrawnRides(ratio, error, len(pairs), rides - len(pairs))
 
 
-def _settled(loop: Loop, force, noise: np.ndarray) -> np.ndarray | None:
+def _settled(loop: GridLoop, force, noise: np.ndarray) -> np.ndarray | None:
     """(K, 5, 1) amplitudes of the loads of the bent forces over one guideway; None where the rounds do not settle.
 
     Anderson's acceleration: the next loads are the combination of the last ones whose changes cancel best.
@@ -93,7 +93,7 @@ def _settled(loop: Loop, force, noise: np.ndarray) -> np.ndarray | None:
     return None
 
 
-def _force(bend: Curvature):
+def _force(bend: ForceBend):
     """(N, n, 4) deviations -> (N, n, 3) residual forces, as a sum over the polynomial's terms."""
     powers, columns = [], []
     for tensor in bend.derivatives:
