@@ -72,12 +72,12 @@ class GridLoop:
         return np.tensordot(self.folds / self.duration, densities, 1)
 
     def in_time(self, spectrum: np.ndarray) -> np.ndarray:
-        """∫ spectrum(f) exp(2πjfτ) df at the N times."""
-        return irfft(spectrum, n=self.count, axis=0) * (self.count / self.duration)
+        """∫ spectrum(f) exp(2πjfτ) df of (K, a, b) at the N times, (a, b, N)."""
+        return irfft(np.moveaxis(spectrum, 0, -1), n=self.count) * (self.count / self.duration)
 
     def in_frequency(self, history: np.ndarray) -> np.ndarray:
-        """∫ history(τ) exp(−2πjfτ) dτ; a history of fewer than N times is zero after them."""
-        return rfft(history, n=self.count, axis=0) * self.time_step
+        """∫ history(τ) exp(−2πjfτ) dτ of (a, b, N), (K, a, b); a history of fewer times is zero after them."""
+        return np.ascontiguousarray(np.moveaxis(rfft(history, n=self.count), -1, 0)) * self.time_step
 
     @property
     def at_rest(self) -> "Moments":
@@ -100,8 +100,8 @@ class Passage:
     """One round: from a state to what the bent forces make of it. Names as in the module's text.
 
     averages : E of derivatives 0 … 4 of the residual force, each (n, 3, 4, …)
-    correlation : R (N, n, 4, n, 4);  kernel : K (N/2, n, 4, n, 3), half of it at τ = 0
-    once, twice : HR (N, n, 3, 4, n, 4) and HRK (N/2, n, 3, n, 4, 3), which the gradient needs too
+    correlation : R (n, 4, n, 4, N);  kernel : K (n, 4, n, 3, N/2), half of it at τ = 0
+    once, twice : HR (n, 3, 4, n, 4, N) and HRK (n, 3, n, 4, 3, N/2), which the gradient needs too
     slope : (K, p, m) mean slopes and memory;  noise : (K, p, p)
     turn : (K, 5, p) loads in the loop by forces;  carried : (K, 5, t) loads by the unit noises
     after : the state that follows;  felt : (K, r) densities of what is looked at
@@ -124,26 +124,27 @@ class Passage:
     @property
     def covariance(self) -> np.ndarray:
         """(n, 4, 4) of each set's deviations, before this round."""
-        return own(self.correlation[0])
+        return own(self.correlation[..., 0])
 
 
 def passage(loop: GridLoop, state: Moments) -> Passage:
     """One round of the fixed point."""
     n, half = loop.sets, loop.count // 2
-    R = loop.in_time(state.spectrum).reshape(-1, n, SIGNALS, n, SIGNALS)
-    K = loop.in_time(state.answer)[:half].reshape(half, n, SIGNALS, n, 3)
-    K[0] *= 0.5
-    averages = gaussian(loop.bend.derivatives, state.mean, own(R[0]))
+    R = loop.in_time(state.spectrum).reshape(n, SIGNALS, n, SIGNALS, -1)
+    K = loop.in_time(state.answer)[..., :half].reshape(n, SIGNALS, n, 3, half)
+    K[..., 0] *= 0.5
+    averages = gaussian(loop.bend.derivatives, state.mean, own(R[..., 0]))
     force, slopes, H = averages[:3]
-    once = np.einsum("ikab,tiajc->tikbjc", H, R, optimize=True)
-    twice = np.einsum("tikbjc,tibjl->tikjcl", once[:half], K, optimize=True)
-    memory = np.einsum("tikjcl,jlcd->tikjd", twice, H, optimize=True).reshape(half, 3 * n, SIGNALS * n)
+    once = (by_signal(H) @ R.reshape(n, SIGNALS, -1)).reshape(n, 3, SIGNALS, n, SIGNALS, -1)
+    twice = sum(once[:, :, b, :, :, None, :half] * K[:, None, b, :, None] for b in range(SIGNALS))
+    inner = np.swapaxes(H, 1, 2).reshape(n, -1, SIGNALS).swapaxes(1, 2)  # (n, d, cl)
+    memory = (inner @ twice.reshape(n, 3, n, -1, half)).reshape(3 * n, SIGNALS * n, half)
     slope = loop.in_frequency(memory)
     for i in range(n):
         slope[:, 3 * i : 3 * i + 3, SIGNALS * i : SIGNALS * (i + 1)] += slopes[i]
-    squared = np.einsum("tikbjc,tibjd->tikjcd", once, R, optimize=True)
-    squared = 0.5 * np.einsum("tikjcd,jlcd->tikjl", squared, H, optimize=True)
-    noise = loop.in_frequency(squared.reshape(-1, 3 * n, 3 * n))
+    squared = sum(once[:, :, b, :, :, None] * R[:, None, b, :, None] for b in range(SIGNALS))
+    squared = 0.5 * (H.reshape(n, 3, -1) @ squared.reshape(n, 3, n, SIGNALS**2, -1))
+    noise = loop.in_frequency(squared.reshape(3 * n, 3 * n, -1))
 
     closed = np.eye(5) - loop.loads @ (slope @ loop.push)
     turn = np.linalg.solve(closed, np.broadcast_to(loop.loads.astype(complex), (len(closed), 5, 3 * n)))
@@ -178,7 +179,7 @@ def _causal(loop: GridLoop, answer: np.ndarray) -> bool:
     half = loop.count // 2
 
     def early(response: np.ndarray) -> float:
-        square = (loop.in_time(response) ** 2).sum(axis=(1, 2))
+        square = (loop.in_time(response) ** 2).sum(axis=(0, 1))
         return float(square[half:].sum() / square.sum())
 
     return early(answer) < early(loop.push @ loop.loads) + 0.1  # of all; a growing mode has most of it there
@@ -211,6 +212,11 @@ def gaussian(derivatives: tuple[np.ndarray, ...], mean: np.ndarray, covariance: 
             total = total + 0.125 * np.einsum("i...abcd,iab,icd->i...", moved[order + 4], covariance, covariance)
         out.append(total)
     return out
+
+
+def by_signal(H: np.ndarray) -> np.ndarray:
+    """(n, kb, a) of H (n, k, a, b), which is symmetric in a and b."""
+    return H.reshape(len(H), -1, SIGNALS)
 
 
 def own(between: np.ndarray) -> np.ndarray:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.fft import irfft, rfft
 
-from workbench.analysis.closure import SIGNALS, STEPS, GridLoop, Moments, Passage, adjoint
+from workbench.analysis.closure import SIGNALS, STEPS, GridLoop, Moments, Passage, adjoint, by_signal
 
 SETTLED = 1e-7  # relative, of the weights
 
@@ -85,19 +85,23 @@ def _averaged(found: Passage, slope_w: np.ndarray, noise_w: np.ndarray, force_w:
     """Weights of the state, from those of slopes, noise and mean force."""
     loop, (n, half) = found.loop, (found.loop.sets, found.loop.count // 2)
     R, K, H = found.correlation, found.kernel, found.averages[2]
-    Z = _from_frequency(loop, slope_w)[:half].reshape(half, n, 3, n, SIGNALS)
-    xi = _from_frequency(loop, noise_w).reshape(-1, n, 3, n, 3)
+    Z = _from_frequency(loop, slope_w)[..., :half].reshape(n, 3, n, SIGNALS, half)
+    xi = _from_frequency(loop, noise_w).reshape(n, 3, n, 3, -1)
     # noise: both factors R alike, both H alike since noise_w is Hermitian
-    part = np.einsum("tikjl,jlcd->tikjcd", xi, H, optimize=True)
-    inner = np.einsum("tibjd,tikjcd->tikbjc", R, part, optimize=True)
+    part = (np.swapaxes(H.reshape(n, 3, -1), 1, 2) @ xi).reshape(n, 3, n, SIGNALS, SIGNALS, -1)
+    inner = sum(R[:, None, :, :, None, d] * part[:, :, None, :, :, d] for d in range(SIGNALS))  # (n, 3, 4, n, 4, N)
     # memory
-    ends = np.einsum("tikjd,jlcd->tikjlc", Z, H, optimize=True)
-    inner[:half] += np.einsum("tibjl,tikjlc->tikbjc", K, ends, optimize=True)
-    R_w = np.einsum("ikab,tikbjc->tiajc", H, inner, optimize=True)
-    H_w = np.einsum("tiajc,tikbjc->ikab", R, inner, optimize=True)
-    H_w += np.einsum("tikjcl,tikjd->jlcd", found.twice, Z, optimize=True)
-    K_w = np.einsum("tikbjc,tikjlc->tibjl", found.once[:half], ends, optimize=True)
-    K_w[0] *= 0.5
+    ends = (H.reshape(n, -1, SIGNALS) @ Z).reshape(n, 3, n, 3, SIGNALS, half)
+    inner[..., :half] += sum(K[:, None, :, :, None, k] * ends[:, :, None, :, k] for k in range(3))
+    flat = inner.reshape(n, 3 * SIGNALS, -1)
+    R_w = np.swapaxes(by_signal(H), 1, 2) @ flat
+    H_w = (flat @ np.swapaxes(R.reshape(n, SIGNALS, -1), 1, 2)).reshape(n, 3, SIGNALS, SIGNALS)
+    met = (found.twice.reshape(n, 3, n, -1, half) @ np.swapaxes(Z, 3, 4)).sum((0, 1))
+    H_w = H_w + met.reshape(n, SIGNALS, 3, SIGNALS).swapaxes(1, 2)
+    K_w = sum(
+        found.once[:, k, :, :, None, c, :half] * ends[:, k, None, :, :, c] for k in range(3) for c in range(SIGNALS)
+    )
+    K_w[..., 0] *= 0.5
     slopes_w = np.stack([
         slope_w[:, 3 * i : 3 * i + 3, SIGNALS * i : SIGNALS * (i + 1)].real.sum(0) for i in range(n)
     ])  # fmt: skip
@@ -108,19 +112,21 @@ def _averaged(found: Passage, slope_w: np.ndarray, noise_w: np.ndarray, force_w:
         if order + 2 < len(found.averages):
             second = found.averages[order + 2].reshape(n, -1, SIGNALS**2)
             covariance_w += 0.5 * (flat @ second).reshape(n, SIGNALS, SIGNALS)
+    R_w = R_w.reshape(n, SIGNALS, n, SIGNALS, -1)
     for i in range(n):
-        R_w[0, i, :, i] += covariance_w[i]
+        R_w[i, :, i, :, 0] += covariance_w[i]
     return Moments(
-        _to_frequency(loop, R_w.reshape(-1, SIGNALS * n, SIGNALS * n)),
-        _to_frequency(loop, K_w.reshape(half, SIGNALS * n, 3 * n)), mean_w,
+        _to_frequency(loop, R_w.reshape(SIGNALS * n, SIGNALS * n, -1)),
+        _to_frequency(loop, K_w.reshape(SIGNALS * n, 3 * n, half)), mean_w,
     )  # fmt: skip
 
 
 def _from_frequency(loop: GridLoop, weight: np.ndarray) -> np.ndarray:
     """Weights of a history, from those of its `in_frequency`."""
-    return irfft(weight / loop.folds[:, None, None], n=loop.count, axis=0) * (loop.count * loop.time_step)
+    return irfft(np.moveaxis(weight, 0, -1) / loop.folds, n=loop.count) * (loop.count * loop.time_step)
 
 
 def _to_frequency(loop: GridLoop, weight: np.ndarray) -> np.ndarray:
     """Weights of a spectrum, from those of its `in_time`."""
-    return rfft(weight, n=loop.count, axis=0) * (loop.folds[:, None, None] / loop.duration)
+    spectrum = rfft(weight, n=loop.count) * (loop.folds / loop.duration)
+    return np.ascontiguousarray(np.moveaxis(spectrum, -1, 0))
