@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 
+from workbench.analysis.break_parts import delayed
 from workbench.analysis.break_points import KINDS, break_points
 from workbench.analysis.frozen import frozen
-from workbench.analysis.loop_rows import Reserve, damping_rows, delayed
+from workbench.analysis.loop_rows import ReserveAt, damping_rows
+from workbench.analysis.reserve_loops import ReserveLoops
 from workbench.analysis.sampled_cases import sampled_cases
 from workbench.analysis.variations import variations
 from workbench.control.gains import GAIN_NAMES
@@ -103,7 +105,7 @@ def test_margins_are_those_of_an_independent_program(points, point):
 
 def test_a_delay_margin_is_where_a_dead_time_in_its_place_loses_stability(problem, gains, points):
     theta = np.array([getattr(gains, name) for name in GAIN_NAMES])
-    reserve = Reserve(problem.setting)
+    reserve = ReserveLoops(problem.setting)
     for name in (
         "kind:acceleration_z",
         "kind:vertical",
@@ -130,7 +132,7 @@ def test_a_delay_margin_is_where_a_dead_time_in_its_place_loses_stability(proble
 
 def test_rows_that_steer_see_what_judges(problem, gains, points):
     theta = np.array([getattr(gains, name) for name in GAIN_NAMES])
-    at = Reserve(problem.setting).evaluated(theta)
+    at = ReserveAt(ReserveLoops(problem.setting), theta)
     for name, b in points.items():
         values, _ = at.rows(name, 1.0)
         # 180 frequencies over five decades miss a crest by at most a percent
@@ -139,7 +141,7 @@ def test_rows_that_steer_see_what_judges(problem, gains, points):
 
 def test_derivatives_of_rows_are_those_of_differences(problem, gains):
     theta = np.array([getattr(gains, name) for name in GAIN_NAMES])
-    reserve, step = Reserve(problem.setting), 1e-6
+    reserve, step = ReserveLoops(problem.setting), 1e-6
     group = reserve.groups[1]
     for k in (1, 5, 6, 9, 15):
         moved = [theta.copy(), theta.copy()]
@@ -147,8 +149,8 @@ def test_derivatives_of_rows_are_those_of_differences(problem, gains):
         moved[0][k] += size
         moved[1][k] -= size
         for name in ("kind:vertical", "sensor:acceleration_y_1", "current:3", "modal:roll"):
-            both = [reserve.evaluated(t).rows(name, 0.5)[0] for t in moved]
-            slope = reserve.evaluated(theta).rows(name, 0.5)[1]
+            both = [ReserveAt(reserve, t).rows(name, 0.5)[0] for t in moved]
+            slope = ReserveAt(reserve, theta).rows(name, 0.5)[1]
             # central differences of a crest: 1e-6 of the largest slope
             assert np.abs((both[0] - both[1]) / (2 * size) - slope[:, k]).max() < 1e-5 * (1 + np.abs(slope).max())
         both = [damping_rows(group.loop, group.law(t), 0.3)[0] for t in moved]

@@ -31,10 +31,13 @@ EXAMPLES = [
     PhaseMargin(0.2, points=("patterns",)),
     DelayMargin(2e-3, points=("kind:vertical", "current:1", "currents:uniform")),
     VariedDamping(0.1, variations=("scale:*", "mass:0.85")), VariedDamping(0.2, variations=("lost:3",)),
+    DiskMargin(0.1, points=("all:gap", "all:currents", "all:modal")),
+    VariedDamping(0.2, variations=("cg_height:0.1", "scale:gap_2:0.8", "weak:4:0.7", "stuck:gap_lateral_3")),
     VariedDecay(0.3, variations=("force:1.1",)), VariedPeak(3.0, variations=("mass:*",)),
     SampledDamping(0.15), SampledDecay(0.3, sample_time=0.002, delay_samples=0.0), SampledPeak(4.2),
     FrozenDamping(0.1, heave=(-0.04, 0.0), sway=(0.0, 0.1)),
 ]  # fmt: skip
+DAMPED = "damping ratio under variations"
 IDS = [g.name for g in EXAMPLES]
 
 
@@ -102,7 +105,17 @@ def test_what_steers_a_reserve_and_what_judges_it_agree(asked, problem, flown):
     ("data", "sentence"),
     [
         ({"kind": "disk margin", "at_least": 0.5, "points": ["kind:gapp"]}, "unknown break point 'kind:gapp'"),
-        ({"kind": "damping ratio under variations", "at_least": 0.1, "variations": ["mass:2"]}, "unknown variation"),
+        (
+            {"kind": "damping ratio under variations", "at_least": 0.1, "variations": ["mas:2"]},
+            "unknown variation 'mas:2'",
+        ),
+        (
+            {"kind": "damping ratio under variations", "at_least": 0.1, "variations": ["mass:-2"]},
+            "is written mass:<num",
+        ),
+        ({"kind": "damping ratio under variations", "at_least": 0.1, "variations": ["dead:gapp_1"]}, "did you mean"),
+        ({"kind": "dead time borne", "at_least_ms": 1.0, "points": ["all:gap"]}, "unknown break point 'all:gap'"),
+        ({"kind": "gain margin", "at_least": 0.9}, "a factor above 1"),
         ({"kind": "disk margin", "at_least": -0.5}, "must be positive"),
         ({"kind": "damping ratio at gap offsets", "at_least": 0.1, "heave_m": []}, "must be finite numbers"),
         ({"kind": "damping ratio at gap offsets", "at_least": 0.1, "sway_m": "left"}, "must be a list of offsets"),

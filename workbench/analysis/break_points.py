@@ -18,7 +18,8 @@ from workbench.control.law import CHANNELS, MODAL
 from workbench.control.loop import Subject, subject
 from workbench.control.loop.closed import interconnect
 from workbench.lti import Plant
-from workbench.lti.break_point import BreakPoint, break_point
+from workbench.lti.break_point import BreakPoint, break_point, joint_point
+from workbench.lti.disk import disk_margin
 from workbench.lti.front import matrices, mixed
 from workbench.lti.join import beside
 from workbench.lti.realisation import Realisation
@@ -29,7 +30,21 @@ KINDS: Mapping[str, tuple[str, ...]] = {
     "lateral": ("gap_lateral", "acceleration_y"),
 }  # fmt: skip
 PATTERNS = {"heave_pitch": ("heave", "pitch"), "sway_roll_yaw": ("sway_roll", "yaw"), "heave": ("heave",)}
+ALL = "all"  # kind of a break point at which every signal has a factor of its own
 SILENT = 1e-12  # of the largest: a sensor whose signal the law does not use has no loop through it
+
+
+@dataclass(frozen=True, slots=True)
+class Break:
+    """Where a loop is broken: kind ("current", "sensor", "kind", "all" …) and which; its name is how files say it."""
+
+    kind: str
+    target: str
+
+    @property
+    def name(self) -> str:
+        """As files and results say it."""
+        return f"{self.kind}:{self.target}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,28 +74,50 @@ def break_points(setting: Setting, gains: Gains) -> tuple[BreakPoint, ...]:
     groups = [_Closed(s, s.close(gains)) for s in setting.subjects]
     commands = at_commands(setting, gains)
     found = [
-        break_point(*channel(commands, k), point=f"current:{name.removeprefix('command_')}")
+        break_point(*channel(commands, k), point=Break("current", name.removeprefix("command_")).name)
         for k, name in enumerate(setting.law.commands)
         if _used(commands, k)
     ]
     for group in groups:
         S = group.subject.sensitivity(group.loop)
         for k, name in enumerate(PATTERNS.get(group.subject.name, group.subject.commands)[: len(S[3])]):
-            found.append(break_point(*channel(S, k), point=f"pattern:{name}"))
-    found.append(_worst("currents:uniform", [group.subject.sensitivity(group.loop) for group in groups]))
+            found.append(break_point(*channel(S, k), point=Break("pattern", name).name))
+    found.append(_worst(Break("currents", "uniform").name, [group.subject.sensitivity(group.loop) for group in groups]))
     sensors = _at_sensors(groups, setting.law.sensors)
     found += [
-        break_point(*channel(sensors, k), point=f"sensor:{name}")
+        break_point(*channel(sensors, k), point=Break("sensor", name).name)
         for k, name in enumerate(setting.law.sensors)
         if _used(sensors, k)
     ]
     for name, kinds in KINDS.items():
         parts = [part for part in (_along_motions(group, kinds) for group in groups) if part is not None]
         if parts:
-            found.append(_worst(f"kind:{name}", parts))
+            found.append(_worst(Break("kind", name).name, parts))
     modal, names = at_modal_signals(setting, gains)
-    found += [break_point(*channel(modal, k), point=f"modal:{name}") for k, name in enumerate(names)]
+    found += [break_point(*channel(modal, k), point=Break("modal", name).name) for k, name in enumerate(names)]
     return tuple(found)
+
+
+def together(setting: Setting, gains: Gains) -> tuple[BreakPoint, ...]:
+    """What all commands, all sensors of a kind and all modal signals bear at once, each with a factor of its own.
+
+    Points `all:currents`, `all:<kind>`, `all:modal`. The disk margin is a certified lower bound, by scalings; gain and
+    phase are those that it guarantees. Raises InputError as `break_points`.
+    """
+    groups = [_Closed(s, s.close(gains)) for s in setting.subjects]
+    sensors = _at_sensors(groups, setting.law.sensors)
+    found = [_at_once(Break(ALL, "currents"), at_commands(setting, gains))]
+    for name, kinds in KINDS.items():
+        own = np.flatnonzero(setting.law.of_kinds(kinds))
+        used = [k for k in own if _used(sensors, k)]
+        if used:
+            A, B, C, D = sensors
+            found.append(_at_once(Break(ALL, name), Realisation(A, B[:, used], C[used], D[np.ix_(used, used)])))
+    return (*found, _at_once(Break(ALL, "modal"), at_modal_signals(setting, gains)[0]))
+
+
+def _at_once(at: Break, S: Realisation) -> BreakPoint:
+    return joint_point(at.name, disk_margin(*S).lower)
 
 
 def channel(S: Sequence[np.ndarray], k: int) -> Realisation:

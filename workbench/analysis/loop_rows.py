@@ -1,27 +1,20 @@
 """Smooth rows of what a law keeps in reserve, with exact derivatives by the seventeen parameters.
 
-    Setting --groups, variations, dead times, sampling--> Stacked loops  --θ-->  damping of the worst roots
-            --break points-->                             S at a point   --θ-->  |S − ½| at its highest crests
+    ReserveLoops  --θ-->  damping of the worst roots;  σ_max(S) at its highest crests
+    break points  --θ-->  |S − ½| of every locus, or μ(S − I/2) of several signals, at its highest crests
 
 They steer; `break_points`, `variations`, `sampled_cases` and `frozen` judge. A row is >= 0 where its limit is met and
 relative to it. A damping row of a root λ is (−Re λ − ζ|λ|)/√(|λ|² + ω0²): smooth, and with a slope at real roots too.
 """
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from collections.abc import Callable
 
 import numpy as np
 
-from workbench.analysis.break_points import KINDS, PATTERNS
-from workbench.analysis.frozen import groups_at
-from workbench.analysis.sampled import between_samples
-from workbench.analysis.setting import Setting
-from workbench.analysis.variations import names
-from workbench.control.law import CHANNELS, MODAL
-from workbench.control.loop import Subject, subject
-from workbench.control.loop.affine import LawFunction, LawMatrices, Stacked
-from workbench.lti.delay import pade
+from workbench.analysis.break_parts import Part, Point
+from workbench.analysis.reserve_loops import Law, Loops, ReserveLoops
+from workbench.control.loop.affine import LawMatrices, Stacked
+from workbench.lti.mu import gradient, lower
 
 Rows = tuple[np.ndarray, np.ndarray]  # values (k,), derivatives (k, 17)
 
@@ -30,13 +23,6 @@ WORST = 3  # roots of a loop that get a row
 CRESTS = 3  # of |S − ½| over frequency that get a row, for each point
 BAND = (0.02, 2e3)  # [rad/s]
 GRID = np.geomspace(*BAND, 180)
-FACTORS = {"mass": "mass", "force": "current_force"}  # word of a variation to the factor of `Setting.elsewhere`
-PADE = 3  # order of the fraction that stands for a dead time
-
-
-def point_names(setting: Setting) -> tuple[str, ...]:
-    """Names of the break points of a setting."""
-    return tuple(Reserve(setting).points)
 
 
 def damping_rows(loop: Stacked, K: LawMatrices, damping: float, decay: float = 0.0) -> Rows:
@@ -53,250 +39,10 @@ def damping_rows(loop: Stacked, K: LawMatrices, damping: float, decay: float = 0
     return row, (-slopes.real - damping * along) / scale[:, None] - (row * size / scale**2)[:, None] * along
 
 
-@dataclass(frozen=True)
-class GroupLoops:
-    """The loops of one group of motion, at its commands and at its modal signals; their laws are made when asked."""
-
-    subject: Subject
-    loop: Stacked
-    modal_loop: Stacked
-    modal: tuple[str, ...]
-
-    @classmethod
-    def of(cls, setting: Setting, subject: Subject) -> "GroupLoops":
-        """Of a group of a setting."""
-        loop = Stacked.of(subject)
-        own = [k for k, name in enumerate(MODAL) if CHANNELS.index(name) in subject.channels]
-        spread = subject.patterns.T @ setting.law.modal_spread()[:, own]
-        E = loop.E.copy()
-        through = np.hstack([E[:, : loop.commands] @ spread, E[:, loop.commands :]])
-        modal_loop = Stacked(f"{loop.name}, modal", loop.A0, through, loop.F, len(own), loop.sensors)
-        return cls(subject, loop, modal_loop, tuple(MODAL[k] for k in own))
-
-    @cached_property
-    def law(self) -> LawFunction:
-        """From the parameters to the pattern commands."""
-        return LawFunction(self.subject)
-
-    @cached_property
-    def modal_law(self) -> LawFunction:
-        """From the parameters to the modal signals."""
-        return LawFunction(self.subject, modal=[MODAL.index(name) for name in self.modal])
-
-    def read(self, kinds: Sequence[str]) -> np.ndarray:
-        """(r, sensors) the motions that the law resolves from kinds of sensors; the other sensors' columns are zero."""
-        law = self.subject.law
-        read = law.measurement_matrix()[self.subject.modal_rows] * law.of_kinds(kinds)
-        return read[np.abs(read).max(axis=1) > 0]
-
-
-@dataclass(frozen=True, slots=True)
-class Part:
-    """What one group contributes to a break point: left (S − I) right of its sensitivity, (r, r).
-
-    group : its number;  modal : whether the loop is broken at the modal signals;  at_sensors : or at the sensors; else
-        at the commands
-    left : (r, signals), right : (signals, r)
-    """
-
-    group: int
-    left: np.ndarray
-    right: np.ndarray
-    at_sensors: bool = False
-    modal: bool = False
-
-
-@dataclass(frozen=True, slots=True)
-class Point:
-    """A break point: one signal, to which the groups add (S = 1 + Σ), or a common factor, each group for itself."""
-
-    name: str
-    parts: tuple[Part, ...]
-    apart: bool = False
-
-
-@dataclass(frozen=True, slots=True)
-class Law:
-    """Which law closes a loop: of which group of motion, at its modal signals or not, sampled [s] or not."""
-
-    group: str
-    sample_time: float | None = None
-    modal: bool = False
-
-
-Loops = tuple[tuple[Law, Stacked], ...]
-
-
-class Reserve:
-    """The loops of a setting whose rows steer: made once, evaluated at any θ."""
-
-    def __init__(self, setting: Setting) -> None:
-        self.setting = setting
-        self.groups = tuple(GroupLoops.of(setting, s) for s in setting.subjects)
-        self.points: dict[str, Point] = {p.name: p for p in self._points()}
-        self._subjects = {s.name: s for s in setting.subjects}
-        self._laws: dict[Law, LawFunction] = {}
-        self._loops: dict[tuple, Loops] = {}
-        self.variations = names(setting)
-
-    def law(self, which: Law) -> LawFunction:
-        """The law's matrices as a function of θ."""
-        if which not in self._laws:
-            own = next((g for g in self.groups if g.subject.name == which.group), None)
-            if own is not None and which.sample_time is None:
-                self._laws[which] = own.modal_law if which.modal else own.law
-            else:
-                self._laws[which] = LawFunction(self._subject(which.group), which.sample_time)
-        return self._laws[which]
-
-    def _subject(self, name: str) -> Subject:
-        if name not in self._subjects:
-            self._subjects[name] = subject(self.setting.plant, self.setting.law, name)
-        return self._subjects[name]
-
-    def _kept(self, key: tuple, make: Callable[[], Loops]) -> Loops:
-        if key not in self._loops:
-            self._loops[key] = make()
-        return self._loops[key]
-
-    def varied(self, name: str) -> Loops:
-        """The loops of a variation, by its name."""
-        return self._kept(("varied", name), lambda: self._varied(name))
-
-    def _varied(self, name: str) -> Loops:
-        word, _, rest = name.partition(":")
-        law = self.setting.law
-        if word == "scale":
-            kind, _, factor = rest.partition(":")
-            scale = np.where(law.of_kinds(KINDS[kind]), float(factor), 1.0)
-            used = [g for g in self.groups if len(g.read(KINDS[kind]))]
-            return tuple((Law(g.subject.name), g.loop.with_sensors(name, scale)) for g in used)
-        if word in FACTORS and self.setting.elsewhere is not None:
-            there = self.setting.elsewhere({FACTORS[word]: float(rest)})
-            return tuple((Law(s.name), Stacked.of(s, name)) for s in there.subjects)
-        whole = Stacked.of(self._subject("all"), name)
-        if word == "lost":
-            kept = np.array([float(c != f"command_{rest}") for c in law.commands])
-            return ((Law("all"), whole.with_commands(name, kept)),)
-        return ((Law("all"), whole.with_sensors(name, np.array([float(s != rest) for s in law.sensors]))),)
-
-    def sampled(self, sample_time: float, delay: float) -> Loops:
-        """The loops as they are sampled [s], commands late by a dead time [s]."""
-
-        def make() -> Loops:
-            found = []
-            for s in self.setting.subjects:
-                seen = s.plant.select(inputs=s.commands, outputs=self.setting.law.sensors)
-                A, B, C = between_samples(seen, sample_time, delay)
-                loop = Stacked.from_plant(f"{s.name}, sampled", A, B, C, len(s.modal_rows), sample_time)
-                found.append((Law(s.name, sample_time), loop))
-            return tuple(found)
-
-        return self._kept(("sampled", sample_time, delay), make)
-
-    def frozen(self, heave: float, sway: float) -> Loops:
-        """The loops at gap offsets [m]; none where the pose cannot be flown."""
-
-        def make() -> Loops:
-            found = self.setting.offsets.plant(heave, sway) if self.setting.offsets else None
-            if found is None:
-                return ()
-            names = groups_at(self.setting, sway)
-            return tuple((Law(n), Stacked.of(subject(found[0], self.setting.law, n))) for n in names)
-
-        return self._kept(("frozen", heave, sway), make)
-
-    def late(self, point: str, dead_time: float) -> Loops:
-        """The loops with a dead time [s] at a break point."""
-
-        def make() -> Loops:
-            where = self.points[point]
-            if where.apart or len(where.parts) == 1:
-                return tuple(
-                    (Law(self.groups[part.group].subject.name, modal=modal), loop)
-                    for part, (loop, modal) in zip(where.parts, delayed(where, self.groups, dead_time), strict=True)
-                )
-            return ((Law("all"), self._late_one(point, dead_time)),)
-
-        return self._kept(("late", point, dead_time), make)
-
-    def _late_one(self, point: str, dead_time: float) -> Stacked:
-        """A dead time at one command or one sensor, where the groups meet."""
-        kind, _, name = point.partition(":")
-        whole, law = Stacked.of(self._subject("all"), point), self.setting.law
-        at_sensors = kind == "sensor"
-        names = law.sensors if at_sensors else tuple(c.removeprefix("command_") for c in law.commands)
-        one = np.eye(len(names))[[names.index(name)]]
-        return with_dead_time(whole, Part(0, one, one.T, at_sensors=at_sensors), dead_time, point)
-
-    def scaled(self, point: str, factor: float) -> Loops:
-        """The loops with a factor at a break point."""
-
-        def on(every: Sequence[str], name: str) -> np.ndarray:
-            return np.where(np.array(every) == name, factor, 1.0)
-
-        def make() -> Loops:
-            kind, _, name = point.partition(":")
-            law = self.setting.law
-            if kind == "kind":
-                return self._varied(f"scale:{name}:{factor!r}")
-            found: list[tuple[Law, Stacked]] = []
-            for g in self.groups:
-                patterns = PATTERNS.get(g.subject.name, g.subject.commands)
-                if kind == "modal" and name in g.modal:
-                    found.append(
-                        (Law(g.subject.name, modal=True), g.modal_loop.with_commands(point, on(g.modal, name)))
-                    )
-                elif kind == "pattern" and name in patterns:
-                    found.append((Law(g.subject.name), g.loop.with_commands(point, on(patterns, name))))
-                elif point == "currents:uniform":
-                    found.append((Law(g.subject.name), g.loop.with_commands(point, np.full(g.loop.commands, factor))))
-            if found:
-                return tuple(found)
-            whole = Stacked.of(self._subject("all"), point)
-            if kind == "sensor":
-                return ((Law("all"), whole.with_sensors(point, on(law.sensors, name))),)
-            return ((Law("all"), whole.with_commands(point, on(law.commands, f"command_{name}"))),)
-
-        return self._kept(("scaled", point, factor), make)
-
-    def _points(self) -> list[Point]:
-        law, found = self.setting.law, []
-        for k, name in enumerate(law.commands):
-            each = [group.subject.patterns[[k]] for group in self.groups]
-            parts = tuple(Part(g, one, one.T) for g, one in enumerate(each))
-            found.append(Point(f"current:{name.removeprefix('command_')}", parts))
-        uniform = []
-        for g, group in enumerate(self.groups):
-            each = np.eye(group.loop.commands)
-            names = PATTERNS.get(group.subject.name, group.subject.commands)[: len(each)]
-            found += [Point(f"pattern:{n}", (Part(g, each[[k]], each[:, [k]]),)) for k, n in enumerate(names)]
-            uniform.append(Part(g, each, each))
-        found.append(Point("currents:uniform", tuple(uniform), apart=True))
-        for k, name in enumerate(law.sensors):
-            one = np.eye(len(law.sensors))[[k]]
-            parts = tuple(Part(g, one, one.T, at_sensors=True) for g in range(len(self.groups)))
-            found.append(Point(f"sensor:{name}", parts))
-        for name, kinds in KINDS.items():
-            seen = [(g, group.read(kinds)) for g, group in enumerate(self.groups)]
-            parts = tuple(Part(g, R, np.linalg.pinv(R), at_sensors=True) for g, R in seen if len(R))
-            if parts:
-                found.append(Point(f"kind:{name}", parts, apart=True))
-        for g, group in enumerate(self.groups):
-            for k, name in enumerate(group.modal):
-                one = np.eye(len(group.modal))[[k]]
-                found.append(Point(f"modal:{name}", (Part(g, one, one.T, modal=True),)))
-        return found
-
-    def evaluated(self, theta: np.ndarray, omega: np.ndarray = GRID) -> "ReserveAt":
-        """Everything at one θ."""
-        return ReserveAt(self, theta, omega)
-
-
 class ReserveAt:
     """The break points at one θ on one grid of frequencies."""
 
-    def __init__(self, whole: Reserve, theta: np.ndarray, omega: np.ndarray) -> None:
+    def __init__(self, whole: ReserveLoops, theta: np.ndarray, omega: np.ndarray = GRID) -> None:
         self.whole, self.theta, self.omega = whole, np.asarray(theta, float), omega
         self._matrices: dict[Law, LawMatrices] = {}
         self.K = [
@@ -324,8 +70,10 @@ class ReserveAt:
         return np.concatenate([v for v, _ in found]), np.vstack([d for _, d in found])
 
     def rows(self, name: str, alpha: float) -> Rows:
-        """Rows of a balanced disk margin α at a point: 1 − α |S − ½| at the highest crests of every locus."""
+        """Rows of a balanced disk margin α at a point: 1 − α |S − ½| or 1 − α μ at the highest crests."""
         point = self.whole.points[name]
+        if point.together:
+            return self._at_once(point, alpha)
         if not point.apart:
             return self._crests(*self._scalar(point), alpha)
         values, slopes = zip(*(self._crests(*self._largest(part), alpha) for part in point.parts), strict=True)
@@ -345,24 +93,25 @@ class ReserveAt:
             return (part.left @ M[:, :size, :]) @ (K.value[:, :size] @ part.right)
         return (part.left @ K.value[:size, :]) @ (M[:, :, :size] @ part.right)  # S = I + K M
 
-    def _slope(self, part: Part, at: int, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """(17,) complex: y' dS x at frequency number `at`, of S in the part's directions."""
+    def _slope(self, part: Part, at: int, weight: np.ndarray) -> np.ndarray:
+        """(17,) complex: trace(weight dS) at frequency number `at`, of S in the part's directions; weight (r, r)."""
         K, M, size = self._loop(part)
-        M, into, out = M[at], part.right @ x, y @ part.left
-        if part.at_sensors:  # dS = M dK S
-            row, column = out @ M[:size, :], M @ (K.value[:, :size] @ into)
-            column[:size] += into
-        else:  # dS = S dK M
-            row, column = out @ (K.value[:size, :] @ M), M[:, :size] @ into
-            row[:size] += out
-        return (K.slope @ column) @ row
+        M = M[at]
+        if part.at_sensors:  # dS = M dK (I + M K), the latter from the sensors
+            left, right = M[:size], M @ K.value[:, :size]
+            right[:size] += np.eye(size)
+        else:  # dS = (I + K M) dK M
+            left, right = K.value[:size] @ M, M[:, :size]
+            left[:, :size] += np.eye(size)
+        inner = right @ part.right @ weight @ part.left @ left
+        return np.tensordot(K.slope, inner.T, 2)
 
     def _scalar(self, point: Point):
         S = 1 + sum(self._beyond(part)[:, 0, 0] for part in point.parts)
-        one = np.ones(1)
+        one = np.ones((1, 1))
 
         def slope(at: int) -> np.ndarray:
-            return sum(self._slope(part, at, one, one) for part in point.parts)
+            return sum(self._slope(part, at, one) for part in point.parts)
 
         return S - 0.5, slope
 
@@ -374,17 +123,26 @@ class ReserveAt:
 
         def slope(at: int) -> np.ndarray:
             V = right[at]
-            y = np.linalg.inv(V)[which[at]]
-            return self._slope(part, at, V[:, which[at]], y)
+            return self._slope(part, at, np.outer(V[:, which[at]], np.linalg.inv(V)[which[at]]))
 
         return picked, slope
 
-    def _crests(self, z: np.ndarray, slope, alpha: float) -> Rows:
+    def _crests(self, z: np.ndarray, slope: Callable[[int], np.ndarray], alpha: float) -> Rows:
         size = np.abs(z)
         values, slopes = [], []
         for at in _highest(size):
             values.append(1 - alpha * size[at])
             slopes.append(-alpha * (z[at].conj() * slope(at)).real / size[at])
+        return np.array(values), np.array(slopes)
+
+    def _at_once(self, point: Point, alpha: float) -> Rows:
+        """The same of several signals, each with a factor of its own: μ from below, which for up to three is μ."""
+        M = 0.5 * np.eye(len(point.parts[0].left)) + sum(self._beyond(part) for part in point.parts)
+        values, slopes = [], []
+        for at in _highest(lower(M)):
+            value, W, _ = gradient(M[at])
+            values.append(1 - alpha * value)
+            slopes.append(-alpha * sum(self._slope(part, at, W.conj().T) for part in point.parts).real)
         return np.array(values), np.array(slopes)
 
 
@@ -409,36 +167,3 @@ def _peak_rows(loop: Stacked, K: LawMatrices, limit: float) -> Rows:
         values.append(1 - sizes[at, 0] / limit)
         slopes.append(-((K.slope @ column) @ row).real / limit)
     return np.array(values), np.array(slopes)
-
-
-def delayed(point: Point, groups: Sequence[GroupLoops], dead_time: float) -> list[tuple[Stacked, bool]]:
-    """Loops with a dead time [s] at a point, one a part: (loop, whether its commands are the modal signals)."""
-    found = []
-    for part in point.parts:
-        group = groups[part.group]
-        loop = group.modal_loop if part.modal else group.loop
-        found.append((with_dead_time(loop, part, dead_time, point.name), part.modal))
-    return found
-
-
-def with_dead_time(loop: Stacked, part: Part, dead_time: float, name: str) -> Stacked:
-    """The part's directions of commands or sensors pass a fraction in place of a dead time."""
-    left, right = part.left, part.right
-    a, b, c, d = pade(dead_time, PADE)
-    r = len(left)
-    A, B, C, D = (np.kron(np.eye(r), matrix) for matrix in (a, b, c, d))
-    n, k = len(loop.A0), len(A)
-    A0 = np.zeros((n + k, n + k))
-    A0[:n, :n], A0[n:, n:] = loop.A0, A
-    E, F = np.vstack([loop.E, np.zeros((k, loop.E.shape[1]))]), np.hstack([loop.F, np.zeros((len(loop.F), k))])
-    if part.at_sensors:
-        seen = loop.F[: loop.sensors]
-        A0[n:, :n] = B @ left @ seen
-        F[: loop.sensors, :n] = seen - right @ left @ seen + right @ D @ left @ seen
-        F[: loop.sensors, n:] = right @ C
-    else:
-        acts = loop.E[:, : loop.commands]
-        A0[:n, n:] = acts @ right @ C
-        E[:n, : loop.commands] = acts - acts @ right @ left + acts @ right @ D @ left
-        E[n:, : loop.commands] = B @ left
-    return Stacked(name, A0, E, F, loop.commands, loop.sensors, loop.sample_time)

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from workbench.analysis.analysis import unfiltered
-from workbench.analysis.break_points import break_points
+from workbench.analysis.break_points import break_points, together
 from workbench.analysis.frozen import Frozen, frozen
 from workbench.analysis.sampled_cases import CASES, SampledCase, sampled_cases
 from workbench.analysis.setting import Setting
@@ -23,18 +23,22 @@ Table = tuple[str, tuple[str, ...], list[tuple[str, ...]]]  # title, columns, ro
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class Reserves(Result):
-    """Margins at break points, variations and losses, sampled loops, frozen loops; empty where nothing can be said."""
+    """Margins at break points, variations and losses, sampled loops, frozen loops; empty where nothing can be said.
+
+    together : margins of several signals at once, each with a factor of its own
+    """
 
     break_points: tuple[BreakPoint, ...]
     variations: tuple[Varied, ...]
     sampled: tuple[SampledCase, ...]
     frozen: tuple[Frozen, ...]
+    together: tuple[BreakPoint, ...] = ()
 
     def to_dict(self) -> dict[str, list[dict]]:
-        """The four keys of `analyse --json`."""
+        """The keys of `analyse --json`."""
         return {
             name: [one.to_dict() for one in getattr(self, name)]
-            for name in ("break_points", "variations", "sampled", "frozen")
+            for name in ("break_points", "together", "variations", "sampled", "frozen")
         }
 
     @property
@@ -46,6 +50,12 @@ class Reserves(Result):
     def weakest(self) -> Varied | None:
         """The variation of the least damping."""
         return min(self.variations, key=lambda v: v.damping, default=None)
+
+    def _cells(self, b: BreakPoint) -> tuple[str, ...]:
+        d = b.to_dict()
+        name = f"{b.point}{f', {b.model}' if b.model else ''}{' (worst)' if b is self.worst_point else ''}"
+        keys = ("gain_down", "gain_up", "phase_deg", "delay_ms", "disk")
+        return name, *(figure(d.get(key)) for key in keys)
 
     def rows(self) -> list[Row]:
         point, varied = self.worst_point, self.weakest
@@ -60,27 +70,25 @@ class Reserves(Result):
         """What an engineer reads first, as (title, columns, rows of strings)."""
         out: list[Table] = []
         if self.break_points:
-            rows = []
-            for b in self.break_points:
-                d = b.to_dict()
-                mark = " (worst)" if b is self.worst_point else ""
-                keys = ("gain_down", "gain_up", "phase_deg", "delay_ms", "disk")
-                rows.append((f"{b.point}{mark}", *(figure(d[key]) for key in keys)))
             columns = ("break point", "gain down", "gain up", "phase [°]", "delay [ms]", "disk margin")
-            out.append(("Margins, one point broken at a time", columns, rows))
+            out.append(("Margins, one point broken at a time", columns, [self._cells(b) for b in self.break_points]))
+        if self.together:
+            columns = ("signals", "gain down", "gain up", "phase [°]", "disk margin")
+            rows = [(*cells[:4], cells[5]) for cells in map(self._cells, self.together)]
+            out.append(("Margins, each signal with a factor of its own at once", columns, rows))
         if self.variations:
             rows = [
-                (
-                    v.name,
-                    "survives" if v.stable else "UNSTABLE",
-                    figure(v.damping),
-                    figure(v.decay),
-                    figure(v.peak_sensitivity),
-                )
+                (v.name, "survives" if v.stable else "UNSTABLE", figure(v.damping), figure(v.decay),
+                 figure(v.peak_sensitivity))
                 for v in self.variations
-            ]
+                if v.at_rest is None
+            ]  # fmt: skip
             columns = ("variation", "loop", "damping", "decay [1/s]", "peak sensitivity")
             out.append(("Variations and failures", columns, rows))
+        rows = [(v.name, *map(figure, v.at_rest)) for v in self.variations if v.at_rest is not None]
+        if rows:
+            columns = ("sensor", "gap at rest [m per unit]", "current at rest [1 per unit]")
+            out.append(("What a sensor that is stuck or drifts does at rest", columns, rows))
         if self.sampled:
             groups = tuple(self.sampled[0].peak_sensitivity)
             rows = [
@@ -118,6 +126,7 @@ def reserves(
     stable = all(s.close(gains).poles().real.max() < 0 for s in setting.subjects)
     return Reserves(
         break_points=break_points(setting, gains) if stable else (),
+        together=together(setting, gains) if stable else (),
         variations=variations(setting, gains),
         sampled=sampled_cases(setting, gains, (*CASES, *sampled)),
         frozen=frozen(setting, gains),

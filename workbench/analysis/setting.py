@@ -45,7 +45,7 @@ class Setting:
     motor : a motor whose currents the law may command; None without one
     places : (x, y) of every coil set [m], where the guideway reaches the vehicle;  joined : sets that share a command;
         both empty where every set has a command of its own
-    elsewhere : the setting with factors on mass, inertias and forces (names of `physics.vehicle.varied`)
+    elsewhere : the setting of another vehicle, by values as `analysis.change.KINDS` names them
     offsets : the vehicle at other gaps; None where its coils are not known
     bend : how its forces bend at rest; None where that is not known
     """

@@ -1,41 +1,46 @@
-"""What a law keeps when vehicle, sensors or commands are not the nominal ones: one thing changed at a time.
+"""What a law keeps when vehicle, sensors or commands are not the nominal ones: one change at a time.
 
-    scale:<kind>:<factor>  sensors of a kind read too much      mass:<factor>, force:<factor>   another vehicle
-    lost:<command>         a command is zero                    dead:<sensor>                   a sensor reads zero
+    Setting, Gains, Change --groups it leaves apart, or the vehicle whole--> closed loops --> damping, decay, peak of S
+                           --stuck, drifting sensors--> what a unit of the reading does at rest
 
 Damping is the least −Re p/|p| of all roots: a real unstable root counts −1. The peak sensitivity is the larger one of
 the groups of motion, at the current patterns.  Source: guide, Definitions: Variations and losses.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from workbench.analysis.break_points import KINDS
+from workbench.analysis.break_points import KINDS as SENSORS
+from workbench.analysis.change import COMMAND, KINDS, SENSOR, VEHICLE, Change
 from workbench.analysis.setting import Setting
 from workbench.control import Gains
 from workbench.control.loop import GROUPS, Subject, subject
 from workbench.control.loop.closed import interconnect
 from workbench.control.loop.group import commanded
+from workbench.errors import InputError, unknown_name
 from workbench.lti import Plant
 from workbench.lti.norm import peak_gain
 from workbench.result import Result, Row
 
-SCALES = (0.9, 1.1)
-MASSES = (0.85, 1.15)
-FORCES = (0.9, 1.1)
+AT_REST = ("static_gap_per_unit", "static_current_per_unit")  # keys
 PEAK_TOLERANCE = 1e-5  # relative width of the bracket
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
 class Varied(Result):
-    """One variation: least damping ratio [1] and decay [1/s], peak sensitivity of each group; None if unstable."""
+    """One variation: least damping ratio [1] and decay [1/s], peak sensitivity of each group; None if unstable.
+
+    at_rest : of a stuck or drifting sensor, the largest change of a gap [m] and of a current ratio [1] at rest per unit
+        of its reading ([m] or [m/s²]) that depends on nothing; of one that drifts, rates per rate. None of others
+    """
 
     name: str
     damping: float
     decay: float
     peaks: Mapping[str, float | None]
+    at_rest: tuple[float, float] | None = None
 
     @property
     def stable(self) -> bool:
@@ -50,12 +55,11 @@ class Varied(Result):
 
     def to_dict(self) -> dict[str, float | str | None]:
         """In the command line's keys."""
+        static = dict(zip(AT_REST, self.at_rest, strict=True)) if self.at_rest else {}
         return {
-            "name": self.name,
-            "damping": self.damping,
-            "decay": self.decay,
-            "peak_sensitivity": self.peak_sensitivity,
-        }
+            "name": self.name, "damping": self.damping, "decay": self.decay, "peak_sensitivity": self.peak_sensitivity,
+            **static,
+        }  # fmt: skip
 
     def rows(self) -> list[Row]:
         return [
@@ -63,53 +67,128 @@ class Varied(Result):
             ("smallest damping ratio", self.damping, "1"),
             ("decay rate", self.decay, "1/s"),
             ("peak sensitivity", self.peak_sensitivity, "1"),
+            *((name, value, "1") for name, value in zip(AT_REST, self.at_rest or (), strict=False)),
         ]
 
 
-def variations(setting: Setting, gains: Gains) -> tuple[Varied, ...]:
-    """The loop under every variation that means something for it; another mass or force where a vehicle is known."""
-    found = []
-    for kind, kinds in KINDS.items():
-        for factor in SCALES:
-            scale = np.where(setting.law.of_kinds(kinds), factor, 1.0)
-            loops = [(s, closed_scaled(s, gains, sensors=scale)) for s in setting.subjects]
-            if any(_used(s, kinds) for s in setting.subjects):
-                found.append(_grouped(f"scale:{kind}:{factor:g}", loops))
-    if setting.elsewhere is not None:
-        for word, name, factors in (("mass", "mass", MASSES), ("force", "current_force", FORCES)):
-            for factor in factors:
-                there = setting.elsewhere({name: factor})
-                found.append(_grouped(f"{word}:{factor:g}", [(s, s.close(gains)) for s in there.subjects]))
-    if set(setting.groups) == set(GROUPS):
-        found += _losses(setting, gains)
+def listed(setting: Setting) -> tuple[Change, ...]:
+    """The changes that an analysis of a setting lists: of every kind, on whatever it can be."""
+    whole = set(setting.groups) == set(GROUPS)
+    found: list[Change] = []
+    for kind, known in KINDS.items():
+        amounts: Sequence[float | None] = known.amounts if known.factor is None else (None,)
+        if known.on == SENSOR:
+            used = [k for k in SENSORS if any(_used(s, SENSORS[k]) for s in setting.subjects)]
+            targets = used if known.factor is None else list(setting.law.sensors) if whole else []
+        elif known.on == COMMAND:
+            targets = [name.removeprefix("command_") for name in setting.law.commands] if whole else []
+        else:
+            targets = [""] if setting.elsewhere is not None else []
+        found += [Change(kind, target, amount) for target in targets for amount in amounts]
     return tuple(found)
 
 
-def names(setting: Setting) -> tuple[str, ...]:
-    """Names of the variations that mean something for a setting."""
-    kinds = [kind for kind, parts in KINDS.items() if any(_used(s, parts) for s in setting.subjects)]
-    found = [f"scale:{kind}:{factor:g}" for kind in kinds for factor in SCALES]
-    if setting.elsewhere is not None:
-        found += [f"mass:{factor:g}" for factor in MASSES] + [f"force:{factor:g}" for factor in FORCES]
-    if set(setting.groups) == set(GROUPS):
-        found += [f"lost:{name.removeprefix('command_')}" for name in setting.law.commands]
-        found += [f"dead:{name}" for name in setting.law.sensors]
-    return tuple(found)
+def check_change(setting: Setting, change: Change) -> None:
+    """Refuses a change on what a setting does not have."""
+    if change.on == VEHICLE:
+        if setting.elsewhere is None:
+            raise InputError(f"the variation {change.name!r} needs a vehicle to vary; this is a plant alone.")
+        return
+    names = {
+        SENSOR: [*(SENSORS if KINDS[change.kind].factor is None else ()), *setting.law.sensors],
+        COMMAND: [name.removeprefix("command_") for name in setting.law.commands],
+    }[change.on]
+    if change.target not in names:
+        raise unknown_name("variation", change.name, [replace(change, target=name).name for name in names])
+    if change.target not in SENSORS and set(setting.groups) != set(GROUPS):
+        raise InputError(
+            f"the variation {change.name!r} couples the groups of motion; this problem looks at "
+            f"{', '.join(setting.groups)}. Look at both, or leave it out."
+        )
 
 
-def _losses(setting: Setting, gains: Gains) -> list[Varied]:
-    """Each command at zero, each sensor at zero: the groups meet then, and the vehicle is taken whole."""
+def variations(setting: Setting, gains: Gains, changes: Sequence[Change] | None = None) -> tuple[Varied, ...]:
+    """The loop under every change; under those listed if left out."""
+    known: dict[Change, Varied] = {}
+    return tuple(varied(setting, gains, c, known) for c in (listed(setting) if changes is None else changes))
+
+
+def varied(setting: Setting, gains: Gains, change: Change, known: dict[Change, Varied] | None = None) -> Varied:
+    """The loop under one change.
+
+    known : what was found for other changes, kept there; loops that are alike are closed once
+    """
+    kept, alike = {} if known is None else known, change.alike
+    if alike not in kept:
+        kept[alike] = _grouped(setting, gains, alike) if apart(alike) else _whole(setting, gains, alike)
+    found = kept[alike]
+    rests = alike != change and found.stable
+    return replace(found, name=change.name, at_rest=_at_rest(setting, gains, change) if rests else None)
+
+
+def _grouped(setting: Setting, gains: Gains, change: Change) -> Varied:
+    """Group by group."""
+    scale = factors(setting, change)
+    loops = [(s, closed_scaled(s, gains, **scale)) for s in changed(setting, change).subjects]
+    poles = np.concatenate([closed.poles() for _, closed in loops])
+    return _found(change, poles, {s.name: s.sensitivity(closed) for s, closed in loops})
+
+
+def _whole(setting: Setting, gains: Gains, change: Change) -> Varied:
+    """The vehicle whole."""
+    whole = subject(setting.plant, setting.law, "all")
+    closed = closed_scaled(whole, gains, **factors(setting, change))
+    a, b, c, d = whole.sensitivity(closed)
+    patterns = {name: commanded(name, setting.law).patterns for name in GROUPS}
+    return _found(change, closed.poles(), {name: (a, b @ U, U.T @ c, U.T @ d @ U) for name, U in patterns.items()})
+
+
+def _found(change: Change, poles: np.ndarray, sensitivities: Mapping[str, Sequence[np.ndarray]]) -> Varied:
+    stable = bool(poles.real.max() < 0)
+    peaks = {
+        name: peak_gain(*S, tolerance=PEAK_TOLERANCE).upper if stable else None for name, S in sensitivities.items()
+    }
+    return Varied(name=change.name, damping=damping_of(poles), decay=float(0.0 - poles.real.max()), peaks=peaks)
+
+
+def apart(change: Change) -> bool:
+    """Whether groups of motion stay apart: all sensors of a kind, or the vehicle, are as they are right and left."""
+    return change.on == VEHICLE or change.target in SENSORS
+
+
+def changed(setting: Setting, change: Change) -> Setting:
+    """The setting of another vehicle, under the law of this one."""
+    if change.on != VEHICLE or setting.elsewhere is None:
+        return setting
+    return replace(setting.elsewhere(change.values), law=setting.law)
+
+
+def factors(setting: Setting, change: Change) -> dict[str, np.ndarray]:
+    """`sensors` (p,) or `commands` (m,): what multiplies each of them."""
+    law = setting.law
+    if change.on == SENSOR:
+        own = law.of_kinds(SENSORS[change.target]) if change.target in SENSORS else _is(law.sensors, change.target)
+        return {"sensors": np.where(own, change.factor, 1.0)}
+    if change.on == COMMAND:
+        return {"commands": np.where(_is(law.commands, f"command_{change.target}"), change.factor, 1.0)}
+    return {}
+
+
+def _is(names: Sequence[str], name: str) -> np.ndarray:
+    return np.array([one == name for one in names])
+
+
+def _at_rest(setting: Setting, gains: Gains, change: Change) -> tuple[float, float]:
+    """The largest change of a gap, and of a current ratio, at rest by a unit that the law reads beside the truth."""
     whole, law = subject(setting.plant, setting.law, "all"), setting.law
-    patterns = {name: commanded(name, law).patterns for name in GROUPS}
-    found = []
-    for k, name in enumerate(law.commands):
-        commands = np.array([float(i != k) for i in range(len(law.commands))])
-        closed = closed_scaled(whole, gains, commands=commands)
-        found.append(_whole(f"lost:{name.removeprefix('command_')}", whole, closed, patterns))
-    for k, name in enumerate(law.sensors):
-        sensors = np.array([float(i != k) for i in range(len(law.sensors))])
-        found.append(_whole(f"dead:{name}", whole, closed_scaled(whole, gains, sensors=sensors), patterns))
-    return found
+    closed = closed_scaled(whole, gains, **factors(setting, change))
+    A, B, C, D = whole.controller(gains)
+    k = law.sensors.index(change.target)
+    pushed = D[:, k] - C @ np.linalg.solve(A, B[:, k])  # pattern commands by a unit of the reading
+    gaps = [name for name, own in zip(law.sensors, law.of_kinds(("gap", "gap_lateral")), strict=True) if own]
+    seen = closed.select(inputs=[f"error_{c}" for c in whole.commands], outputs=(*gaps, *whole.commands))
+    rest = (seen.D - seen.C @ np.linalg.solve(seen.A, seen.B)) @ pushed
+    return float(np.abs(rest[: len(gaps)]).max()), float(np.abs(whole.patterns @ rest[len(gaps) :]).max())
 
 
 def _used(s: Subject, kinds: Sequence[str]) -> bool:
@@ -130,28 +209,7 @@ def closed_scaled(
     return interconnect(s.plant, (A, B, C, D), s.commands, s.law.sensors, names)
 
 
-def _grouped(name: str, loops: Sequence[tuple[Subject, Plant]]) -> Varied:
-    poles = np.concatenate([closed.poles() for _, closed in loops])
-    stable = bool(poles.real.max() < 0)
-    peaks = {
-        s.name: peak_gain(*s.sensitivity(closed), tolerance=PEAK_TOLERANCE).upper if stable else None
-        for s, closed in loops
-    }
-    return Varied(name=name, damping=damping_of(poles), decay=float(-poles.real.max()), peaks=peaks)
-
-
-def _whole(name: str, whole: Subject, closed: Plant, patterns: Mapping[str, np.ndarray]) -> Varied:
-    poles = closed.poles()
-    stable = bool(poles.real.max() < 0)
-    a, b, c, d = whole.sensitivity(closed)
-    peaks = {
-        group: peak_gain(a, b @ U, U.T @ c, U.T @ d @ U, tolerance=PEAK_TOLERANCE).upper if stable else None
-        for group, U in patterns.items()
-    }
-    return Varied(name=name, damping=damping_of(poles), decay=float(-poles.real.max()), peaks=peaks)
-
-
 def damping_of(poles: np.ndarray) -> float:
     """Least −Re p/|p| of all roots [1]; a root at zero counts 0."""
     size = np.abs(poles)
-    return float((-poles.real / np.where(size > 0, size, 1.0)).min())
+    return float(((0.0 - poles.real) / np.where(size > 0, size, 1.0)).min())

@@ -11,6 +11,8 @@ from typing import Any
 
 import numpy as np
 
+from workbench.analysis.plant_reserves import sampled_cases, variations
+from workbench.analysis.reserves import Reserves
 from workbench.control.structure.block import Controller
 from workbench.control.structure.loop import Loop
 from workbench.design.loop_margins import LoopMargins, loop_margins
@@ -66,11 +68,15 @@ class LoopPoles(Result):
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
 class PlantAnalysis(Result):
-    """The loops of a problem at given values; `margins` is None where a loop is unstable or nobody asked for them."""
+    """The loops of a problem at given values; `margins` is None where a loop is unstable or nobody asked for them.
+
+    reserves : margins, variations, sampled loops, where margins were asked for
+    """
 
     design: Design
     loops: tuple[LoopPoles, ...]
     margins: LoopMargins | None
+    reserves: Reserves | None = None
 
     @property
     def stable(self) -> bool:
@@ -90,6 +96,8 @@ class PlantAnalysis(Result):
             peaks = [m.peak_sensitivity.upper for m in (*self.margins.single, *self.margins.joint)]
             document["peak_sensitivity"] = max(peaks)
             document["margins"] = self.margins.to_dict()
+        if self.reserves is not None:
+            document |= {name: found for name, found in self.reserves.to_dict().items() if name != "frozen"}
         return document
 
     def rows(self) -> list[Row]:
@@ -105,7 +113,10 @@ class PlantAnalysis(Result):
     def tables(self) -> list[tuple[str, tuple[str, ...], list[tuple[str, ...]]]]:
         """Poles and margins as (title, columns, rows of strings)."""
         out = [(f"Poles of {loop.model}", loop.columns(), loop.table()) for loop in self.loops]
-        return out + ([] if self.margins is None else [("Margins, one signal broken at a time", *self.margins.table())])
+        reserves = [] if self.reserves is None else self.reserves.tables()
+        if self.margins is None:
+            return out + reserves
+        return [*out, ("Margins, one signal broken at a time", *self.margins.table()), *reserves]
 
 
 def plant_analysis(
@@ -131,7 +142,13 @@ def analysis_of(design: Design, *, margins: bool = True) -> PlantAnalysis:
     loops, K = design.problem.loops, design.structure.controller()
     poles = tuple(loop_poles(loop, K) for loop in loops)
     asked = margins and all(loop.stable for loop in poles)
-    return PlantAnalysis(design=design, loops=poles, margins=loop_margins(loops, K) if asked else None)
+    found = loop_margins(loops, K) if asked else None
+    own = [] if design.problem.sample_time is None else [(design.problem.sample_time, 0.0)]
+    kept = Reserves(
+        break_points=found.points if found else (), together=found.together if found else (),
+        variations=variations(loops, K), sampled=sampled_cases(loops, design.structure, own), frozen=(),
+    ) if margins else None  # fmt: skip
+    return PlantAnalysis(design=design, loops=poles, margins=found, reserves=kept)
 
 
 def loop_poles(loop: Loop, K: Controller) -> LoopPoles:

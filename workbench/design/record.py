@@ -4,10 +4,11 @@ problem, values --given--> Design: verdicts by the exact measures; a vehicle's a
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from workbench.analysis.analysis import Analysis, analyse
+from workbench.analysis.break_points import break_points, together
 from workbench.control import Gains
 from workbench.control.structure.structure import Structure
 from workbench.design.loop_margins import LoopMargins, loop_margins
@@ -107,7 +108,11 @@ class Design(Result):
 
     def margins(self) -> LoopMargins:
         """What every break point of every loop bears: one at a time, and all inputs or outputs at once."""
-        return loop_margins(self.problem.loops, self.structure.controller())
+        found = loop_margins(self.problem.loops, self.structure.controller())
+        if not self.problem.flies:
+            return found
+        setting, gains = self.problem.setting, self.gains
+        return replace(found, points=break_points(setting, gains), together=together(setting, gains))
 
     def table(self) -> Any:
         """The gain table, with proofs: `.write(path)`, `.export("c", path)`."""

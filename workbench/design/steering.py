@@ -12,7 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
-from workbench.analysis.loop_rows import Reserve
+from workbench.analysis.reserve_loops import ReserveLoops
 from workbench.compiled import Buffered
 from workbench.control.gains import GAIN_NAMES, TIME_CONSTANTS, Gains
 from workbench.design.measures import STEERING, Grid, GroupMeasures, static_error_function
@@ -69,7 +69,7 @@ class Programme:
     groups: tuple[GroupMeasures, ...] = ()
     static: Buffered | None = None
     factors: Mapping[str, float] = field(default_factory=dict)
-    kept: dict[str, Reserve] = field(default_factory=dict)
+    kept: dict[str, ReserveLoops] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if not self.groups:

@@ -165,13 +165,18 @@ class ProblemData:
         point = point.model_copy(update={"speed_m_s": float(speed)})
         return ProblemData(self.file.model_copy(update={"operating_point": point}), *self._rest)
 
-    def elsewhere(self, values: Mapping[str, float]) -> tuple[Vehicle, Setting]:
-        """Vehicle and setting under values of `design.variation.PARAMETERS`; the law keeps its nominal places."""
+    def moved(self, values: Mapping[str, float]) -> "ProblemData":
+        """The same data at another speed and with the centre of gravity further forward, where values say so."""
         data = self.at_speed(values["speed_m_s"]) if "speed_m_s" in values else self
         if values.get("cg_forward_m", 0.0):
             given = data.file.operating_point or OperatingPointBlock(source="centre of gravity moved")
             point = given.model_copy(update={"cg_forward_m": given.cg_forward_m + values["cg_forward_m"]})
             data = ProblemData(data.file.model_copy(update={"operating_point": point}), *data._rest)
+        return data
+
+    def elsewhere(self, values: Mapping[str, float]) -> tuple[Vehicle, Setting]:
+        """Vehicle and setting under values of `design.variation.PARAMETERS`; the law keeps its nominal places."""
+        data = self.moved(values)
         vehicle = varied(data.vehicle(), **{n: values[n] for n in FACTORS if n in values})
         return vehicle, data.setting(vehicle)
 
@@ -355,13 +360,16 @@ def _source(block) -> str:
 
 @dataclass(frozen=True)
 class _Elsewhere:
-    """The setting of a vehicle with factors on its numbers."""
+    """The setting of a vehicle with factors on its numbers, another speed, its centre of gravity moved [m]."""
 
     data: ProblemData
     vehicle: Vehicle
 
     def __call__(self, factors: Mapping[str, float]) -> Setting:
-        return self.data.setting(varied(self.vehicle, **factors))
+        data = self.data.moved(factors)
+        vehicle = data.vehicle() if "speed_m_s" in factors else self.vehicle
+        vehicle = replace(vehicle, depth=vehicle.depth + factors.get("cg_height_m", 0.0))
+        return data.setting(varied(vehicle, **{name: factors[name] for name in FACTORS if name in factors}))
 
 
 def _motor_point(drive: MotorDrive) -> MotorPoint:

@@ -42,6 +42,7 @@ class BreakPoint(Result):
 
     gain_up, gain_down : smallest factor above 1 and largest below 1 that destabilises; infinite and 0 where none does
     phase : smallest rotation [rad];  delay : smallest dead time [s];  disk : balanced disk margin α [1]
+    model : whose loop it is, where a problem has several
     """
 
     point: str
@@ -50,16 +51,19 @@ class BreakPoint(Result):
     phase: float
     delay: float
     disk: float
+    model: str = ""
 
     def to_dict(self) -> dict[str, float | str | None]:
-        """In the units of the command line's JSON; None where nothing limits."""
+        """In the units of the command line's JSON; None where nothing limits. Of several signals at once no delay."""
 
         def finite(value: float) -> float | None:
             return value if math.isfinite(value) else None
 
+        late = {} if math.isnan(self.delay) else {"delay_ms": finite(1e3 * self.delay)}
         return {
             "point": self.point, "gain_up": finite(self.gain_up), "gain_down": self.gain_down,
-            "phase_deg": finite(math.degrees(self.phase)), "delay_ms": finite(1e3 * self.delay), "disk": self.disk,
+            "phase_deg": finite(math.degrees(self.phase)), **late, "disk": self.disk,
+            **({"model": self.model} if self.model else {}),
         }  # fmt: skip
 
     def rows(self) -> list[Row]:
@@ -71,6 +75,15 @@ class BreakPoint(Result):
             ("delay", 1e3 * self.delay, "ms"),
             ("disk margin", self.disk, ""),
         ]
+
+
+def joint_point(point: str, disk: float, *, model: str = "") -> BreakPoint:
+    """Several signals at once, each with a factor of its own: what their disk margin guarantees; no common delay."""
+    up = (2 + disk) / (2 - disk) if disk < 2 else math.inf
+    phase = 2 * math.atan(disk / 2)
+    return BreakPoint(
+        point=point, gain_up=up, gain_down=1 / up, phase=phase, delay=math.nan, disk=disk, model=model
+    )  # fmt: skip
 
 
 def break_point(A, B, C, D, *, point: str) -> BreakPoint:

@@ -40,6 +40,8 @@ class Loop:
     model : Model
     structure : Structure
         Its outputs that are inputs of the model drive them; others are signals between blocks.
+    checked : bool
+        Whether what no tuning can mend is refused; not where a broken loop is looked at as it is.
 
     Attributes
     ----------
@@ -56,6 +58,7 @@ class Loop:
 
     model: Model
     structure: Structure
+    checked: bool = True
     points: tuple[str, ...] = field(init=False)
     exogenous: tuple[str, ...] = field(init=False)
     analysis_points: tuple[str, ...] = field(init=False)
@@ -95,10 +98,11 @@ class Loop:
         put("_lined", lined)
         put("_rational", LinedSystem(*rational(lined, model.pade_order), np.zeros(0), model.sample_time))
         put("_all", self.channel(inputs=(), outputs=()))
-        self.check()
+        if self.checked:
+            self.check()
 
     def __reduce__(self):
-        return Loop, (self.model, self.structure)
+        return Loop, (self.model, self.structure, self.checked)
 
     def __repr__(self) -> str:
         return f"<Loop: {self.model.name}, {len(self.points)} points, {', '.join(self.analysis_points)} can be opened>"

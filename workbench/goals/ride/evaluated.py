@@ -10,7 +10,8 @@ from typing import Protocol
 
 import numpy as np
 
-from workbench.analysis.loop_rows import Reserve, ReserveAt
+from workbench.analysis.loop_rows import ReserveAt
+from workbench.analysis.reserve_loops import ReserveLoops
 from workbench.analysis.setting import Setting
 from workbench.control.loop import Subject
 
@@ -73,14 +74,14 @@ class Evaluated:
     squares: Mapping[str, float]
     slopes: Mapping[str, np.ndarray]
     static_function: Callable
-    kept: dict[str, Reserve] = field(default_factory=dict)
+    kept: dict[str, ReserveLoops] = field(default_factory=dict)
 
     @cached_property
     def reserve(self) -> ReserveAt:
         """The loops beside the nominal one, and the break points."""
         if not self.kept:
-            self.kept["reserve"] = Reserve(self.setting)
-        return self.kept["reserve"].evaluated(self.theta)
+            self.kept["reserve"] = ReserveLoops(self.setting)
+        return ReserveAt(self.kept["reserve"], self.theta)
 
     @cached_property
     def poles(self) -> list[tuple[np.ndarray, np.ndarray]]:

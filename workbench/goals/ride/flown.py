@@ -6,10 +6,11 @@ from functools import cached_property
 import numpy as np
 
 from workbench.analysis.analysis import Analysis, analyse
-from workbench.analysis.break_points import BreakPoint, break_points
+from workbench.analysis.break_points import BreakPoint, break_points, together
+from workbench.analysis.change import Change
 from workbench.analysis.comfort_summary import ComfortSummary, comfort_summary
 from workbench.analysis.setting import Setting
-from workbench.analysis.variations import Varied, variations
+from workbench.analysis.variations import Varied, varied
 from workbench.control import Gains
 from workbench.control.loop import Subject
 from workbench.lti.plant import Plant
@@ -22,6 +23,7 @@ class Flown:
     setting: Setting
     gains: Gains
     known: Analysis | None = field(default=None, repr=False)
+    _varied: dict[Change, Varied] = field(default_factory=dict, init=False, repr=False)
 
     @cached_property
     def analysis(self) -> Analysis:
@@ -49,9 +51,15 @@ class Flown:
         return break_points(self.setting, self.gains)
 
     @cached_property
-    def variations(self) -> tuple[Varied, ...]:
-        """The loop under variations and losses."""
-        return variations(self.setting, self.gains)
+    def together(self) -> tuple[BreakPoint, ...]:
+        """Margins of several signals at once, each with a factor of its own."""
+        return together(self.setting, self.gains)
+
+    def varied(self, change: Change) -> Varied:
+        """The loop under one change."""
+        if change not in self._varied:
+            self._varied[change] = varied(self.setting, self.gains, change)
+        return self._varied[change]
 
     @cached_property
     def comfort(self) -> ComfortSummary:

@@ -6,19 +6,24 @@ Source: guide, Definitions: Variations and losses; Sampled loop; Frozen loop at 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from workbench.analysis import plant_reserves
+from workbench.analysis.change import Change, chosen_changes
 from workbench.analysis.frozen import HEAVE, SWAY, frozen
 from workbench.analysis.sampled_cases import sampled_cases
 from workbench.analysis.setting import Setting
 from workbench.analysis.variations import Varied as VariedLoop
-from workbench.analysis.variations import names
+from workbench.analysis.variations import check_change, listed
+from workbench.control.structure.loop import Loop
 from workbench.errors import InputError
-from workbench.goals.goal import Rows, some_names
+from workbench.goals.elsewhere import Elsewhere, Sampling, damping_measure, decay_measure, linear, peak_measure
+from workbench.goals.goal import Asked, Bound, Largest, Measure, Rows, some_names
 from workbench.goals.key import Key
 from workbench.goals.ride.evaluated import Evaluated
 from workbench.goals.ride.flown import Flown
 from workbench.goals.ride.requirement import Found
-from workbench.goals.ride.reserve import Reserve, chosen, told_apart_by_sides
+from workbench.goals.ride.reserve import Reserve, mirrored, told_apart_by_sides
 
+USUAL = ("scale:*", "mass:*", "force:*")  # of a vehicle, where none are named; of another plant the sensors' scales
 LARGEST_OFFSET = 10.0  # [m]
 
 
@@ -26,32 +31,50 @@ LARGEST_OFFSET = 10.0  # [m]
 class Varied(Reserve):
     """One figure of the loop under variations, the worst one.
 
-    variations : names such as "mass:0.85", "dead:gap_1", or "scale:*", "lost:*" for all of a family
+    variations : names such as "mass:0.85", "dead:gap_1"; "scale:*", "lost:*" for all that an analysis lists of a kind
     """
 
     of_roots = True
 
-    variations: tuple[str, ...] = ("scale:*", "mass:*", "force:*")
+    variations: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "variations", some_names("variations", self.variations))
+        if self.variations != ():
+            object.__setattr__(self, "variations", some_names("variations", self.variations))
         Reserve.__post_init__(self)
 
     def looked_at(self) -> str:
-        return ", ".join(self.variations)
+        return ", ".join(self.variations) or "the usual ones"
 
     def check(self, problem: str, setting: Setting) -> None:
-        chosen(self.variations, names(setting), {}, "variation")
+        Reserve.check(self, problem, setting)
+        self.changes(setting)
 
-    def steered(self, point: Evaluated) -> list[str]:
+    def changes(self, setting: Setting) -> tuple[Change, ...]:
+        """Those of a vehicle."""
+        return chosen_changes(self.variations or USUAL, listed(setting), lambda c: check_change(setting, c))
+
+    def steered(self, point: Evaluated) -> list[Change]:
         """Those whose rows differ from another's."""
-        known = chosen(self.variations, point.reserve.whole.variations, {}, "variation")
-        return told_apart_by_sides(point.setting, known)
+        kept = point.reserve.whole.chosen
+        if self.variations not in kept:
+            kept[self.variations] = told_apart_by_sides(point.setting, self.changes(point.setting))
+        return kept[self.variations]
 
     def among(self, loop: Flown) -> list[VariedLoop]:
         """The variations looked at."""
-        at = {v.name: v for v in loop.variations}
-        return [at[name] for name in chosen(self.variations, tuple(at), {}, "variation")]
+        return [loop.varied(change) for change in self.changes(loop.setting)]
+
+    def bind(self, loop: Loop) -> Bound:
+        """The goal on a loop of any plant."""
+        asked = self.variations or USUAL[:1]
+        changes = chosen_changes(asked, plant_reserves.listed(loop), lambda c: plant_reserves.check_change(loop, c))
+        each = (Elsewhere(self.measured(plant_reserves.changed(loop, c)), c.name) for c in changes)
+        return Bound(self, Largest(tuple(each)))
+
+    def measured(self, loop: Loop) -> Measure:
+        """The figure of one loop: a number that is at most 1 where the limit is kept."""
+        raise TypeError(f"{type(self).__name__} must define measured()")  # a defect of ours, not of the input
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -61,9 +84,15 @@ class VariedDamping(Varied):
     kind, sense, unit = "damping ratio under variations", ">=", "1"
     keys = (Key("at_least", "limit"), Key("variations"))
 
-    def steer(self, point: Evaluated) -> Rows:
+    def asked(self) -> Asked:
+        return linear(self)
+
+    def measured(self, loop: Loop) -> Measure:
+        return damping_measure(loop, self.limit, self.focus)
+
+    def rows_of(self, point: Evaluated) -> Rows:
         at, asked = point.reserve, self.asked_at(point.back_off)
-        return [(f"damping under {n}", *at.damping(at.whole.varied(n), asked)) for n in self.steered(point)]
+        return [(f"damping under {c.name}", *at.damping(at.whole.varied(c), asked)) for c in self.steered(point)]
 
     def found(self, loop: Flown) -> Found:
         return [min((v.damping, v.name) for v in self.among(loop))]
@@ -76,9 +105,15 @@ class VariedDecay(Varied):
     kind, sense, unit = "decay rate under variations", ">=", "1/s"
     keys = (Key("at_least_per_s", "limit"), Key("variations"))
 
-    def steer(self, point: Evaluated) -> Rows:
+    def asked(self) -> Asked:
+        return linear(self)
+
+    def measured(self, loop: Loop) -> Measure:
+        return decay_measure(loop, self.limit, self.focus)
+
+    def rows_of(self, point: Evaluated) -> Rows:
         at, asked = point.reserve, self.asked_at(point.back_off)
-        return [(f"decay under {n}", *at.damping(at.whole.varied(n), 0.0, asked)) for n in self.steered(point)]
+        return [(f"decay under {c.name}", *at.damping(at.whole.varied(c), 0.0, asked)) for c in self.steered(point)]
 
     def found(self, loop: Flown) -> Found:
         return [min((v.decay, v.name) for v in self.among(loop))]
@@ -91,9 +126,12 @@ class VariedPeak(Varied):
     kind, sense, unit = "peak sensitivity under variations", "<=", "1"
     keys = (Key("at_most", "limit"), Key("variations"))
 
-    def steer(self, point: Evaluated) -> Rows:
+    def measured(self, loop: Loop) -> Measure:
+        return peak_measure(loop, self.limit, self.focus)
+
+    def rows_of(self, point: Evaluated) -> Rows:
         at, asked = point.reserve, self.asked_at(point.back_off)
-        return [(f"peak sensitivity under {n}", *at.peak(at.whole.varied(n), asked)) for n in self.steered(point)]
+        return [(f"peak sensitivity under {c.name}", *at.peak(at.whole.varied(c), asked)) for c in self.steered(point)]
 
     def found(self, loop: Flown) -> Found:
         among = self.among(loop)
@@ -139,6 +177,18 @@ class Sampled(Reserve):
         """For people."""
         return self.looked_at()
 
+    def bind(self, loop: Loop) -> Bound:
+        """The goal on a loop of any plant, its controller sampled by Tustin's rule."""
+        found = plant_reserves.sampled(loop, self.sample_time, self.delay_samples)
+        measure = self.measured(found)
+        if found.sample_time != loop.sample_time:
+            measure = Sampling(measure, self.sample_time)
+        return Bound(self, Elsewhere(measure, self.where))
+
+    def measured(self, loop: Loop) -> Measure:
+        """The figure of the sampled loop: a number that is at most 1 where the limit is kept."""
+        raise TypeError(f"{type(self).__name__} must define measured()")  # a defect of ours, not of the input
+
 
 SAMPLED = (Key("sample_time_ms", "sample_time", factor=1e-3), Key("delay_samples"))
 
@@ -150,7 +200,13 @@ class SampledDamping(Sampled):
     kind, sense, unit = "sampled damping ratio", ">=", "1"
     keys = (Key("at_least", "limit"), *SAMPLED)
 
-    def steer(self, point: Evaluated) -> Rows:
+    def asked(self) -> Asked:
+        return linear(self)
+
+    def measured(self, loop: Loop) -> Measure:
+        return damping_measure(loop, self.limit, self.focus)
+
+    def rows_of(self, point: Evaluated) -> Rows:
         return [(self.name, *point.reserve.damping(self.loops(point), self.asked_at(point.back_off)))]
 
     def found(self, loop: Flown) -> Found:
@@ -164,7 +220,13 @@ class SampledDecay(Sampled):
     kind, sense, unit = "sampled decay rate", ">=", "1/s"
     keys = (Key("at_least_per_s", "limit"), *SAMPLED)
 
-    def steer(self, point: Evaluated) -> Rows:
+    def asked(self) -> Asked:
+        return linear(self)
+
+    def measured(self, loop: Loop) -> Measure:
+        return decay_measure(loop, self.limit, self.focus)
+
+    def rows_of(self, point: Evaluated) -> Rows:
         return [(self.name, *point.reserve.damping(self.loops(point), 0.0, self.asked_at(point.back_off)))]
 
     def found(self, loop: Flown) -> Found:
@@ -178,7 +240,10 @@ class SampledPeak(Sampled):
     kind, sense, unit = "sampled peak sensitivity", "<=", "1"
     keys = (Key("at_most", "limit"), *SAMPLED)
 
-    def steer(self, point: Evaluated) -> Rows:
+    def measured(self, loop: Loop) -> Measure:
+        return peak_measure(loop, self.limit, self.focus)
+
+    def rows_of(self, point: Evaluated) -> Rows:
         return [(self.name, *point.reserve.peak(self.loops(point), self.asked_at(point.back_off)))]
 
     def found(self, loop: Flown) -> Found:
@@ -221,15 +286,16 @@ class FrozenDamping(Reserve):
         return f"heave {_span(self.heave)} m, sway {_span(self.sway)} m"
 
     def check(self, problem: str, setting: Setting) -> None:
+        Reserve.check(self, problem, setting)
         if setting.offsets is None:
             raise InputError(
                 f"{self.name!r} can be required only where the coils are known; problem {problem!r} has a plant alone. "
                 "Give the vehicle."
             )
 
-    def steer(self, point: Evaluated) -> Rows:
+    def rows_of(self, point: Evaluated) -> Rows:
         asked, at = self.asked_at(point.back_off), point.reserve
-        alike = len(told_apart_by_sides(point.setting, ("current:1", "current:2"))) == 1
+        alike = mirrored(point.setting)
         sides = dict.fromkeys(abs(y) if alike else y for y in self.sway)
         found: Rows = []
         for h in self.heave:

@@ -5,16 +5,24 @@
 They name what they look at, so that a problem may ask for several of a kind: the name of a goal says what.
 """
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import ClassVar, TypeVar
 
+from workbench.analysis.break_points import Break
+from workbench.analysis.change import Change
 from workbench.analysis.setting import Setting
 from workbench.errors import InputError, unknown_name
-from workbench.goals.goal import COMMON, Goal
+from workbench.goals.goal import COMMON, FULL_BAND, Asked, Closed, Goal, Rows, Steered
 from workbench.goals.key import Key
+from workbench.goals.ride.evaluated import Evaluated
+from workbench.goals.ride.flown import Flown
 from workbench.goals.ride.requirement import Requirement
+from workbench.goals.verdict import Verdict
 
-OWN = tuple(key for key in COMMON if key.name in ("name", "hard"))
+R = TypeVar("R", Break, Change)
+OWN = tuple(key for key in COMMON if key.name in ("name", "hard", "models", "focus_hz"))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -23,11 +31,21 @@ class Reserve(Requirement):
 
     by_key = False
     beside = True
+    all_frequencies: ClassVar[bool] = False  # no focus band
 
     def __post_init__(self) -> None:
         if not 0 < self.limit < float("inf"):
             raise InputError(f"the limit of {self._usual_name()!r} must be positive and finite; got {self.limit!r}.")
+        if self.all_frequencies and tuple(self.focus) != FULL_BAND:
+            raise InputError(f"a {self.kind} looks at all frequencies; got focus {self.focus}. Leave it out.")
         Goal.__post_init__(self)
+
+    def check(self, problem: str, setting: Setting) -> None:
+        if self.models is not None or self.focus != FULL_BAND:
+            raise InputError(
+                f"{self.name!r} of problem {problem!r} must leave out models and focus_hz: a vehicle is one model, "
+                "looked at at all frequencies."
+            )
 
     def _usual_name(self) -> str:
         return f"{self.kind}, {self.looked_at()}"
@@ -51,9 +69,27 @@ class Reserve(Requirement):
     def quantities(self, groups: Sequence[str]) -> tuple[str, ...]:
         return ()
 
+    # ---- asked of a vehicle by smooth rows, of any plant by `bind`
+
+    def steer(self, point: Evaluated | Steered) -> Rows:
+        return Goal.steer(self, point) if isinstance(point, Steered) else self.rows_of(point)
+
+    def rows_of(self, point: Evaluated) -> Rows:
+        """Rows of a vehicle."""
+        raise TypeError(f"{type(self).__name__} must define rows_of()")  # a defect of ours, not of the input
+
+    def judge(self, loop: Flown | Closed) -> tuple[Verdict, ...]:
+        return Goal.judge(self, loop) if isinstance(loop, Closed) else Requirement.judge(self, loop)
+
+    def asked(self) -> Asked:
+        """What a measure of a loop, 1 at the limit, says in the goal's own unit; of a lower limit its inverse."""
+        if self.sense == "<=":
+            return Asked("<=", self.limit, self.unit, lambda v: self.limit * v)
+        return Asked(">=", self.limit, self.unit, lambda v: self.limit / v if v else math.inf)
+
 
 def chosen(
-    asked: Iterable[str], known: Sequence[str], families: dict[str, Sequence[str]], what: str
+    asked: Iterable[str], known: Sequence[str], families: Mapping[str, Sequence[str]], what: str
 ) -> tuple[str, ...]:
     """Names in the order known: those asked for by name, by family, or by `kind:*`; an unknown one is refused."""
     found: set[str] = set()
@@ -69,20 +105,28 @@ def chosen(
     return tuple(name for name in known if name in found)
 
 
-def told_apart_by_sides(setting: Setting, names: Sequence[str]) -> list[str]:
-    """Names whose rows differ: of two signals of sets that mirror each other, the right-hand one where both are.
+def told_apart_by_sides(setting: Setting, records: Sequence[R]) -> list[R]:
+    """Those whose rows differ: of two signals of sets that mirror each other, the right-hand one where both are."""
+    twins, given = mirrored(setting), set(records)
+    return [r for r in records if r.target not in twins or replace(r, target=twins[r.target]) not in given]
+
+
+def mirrored(setting: Setting) -> dict[str, str]:
+    """Name of a left-hand sensor or command to that of its mirror image.
 
     A vehicle looked at in its groups of motion is the same right and left.
     """
     if set(setting.groups) != {"heave_pitch", "sway_roll_yaw"}:
-        return list(names)
-    places = setting.law.positions
-    left = {i + 1: places.index((x, -y)) + 1 for i, (x, y) in enumerate(places) if y < 0 and (x, -y) in places}
+        return {}
+    law = setting.law
+    places, n = law.positions, law.count
+    pairs = [(k, places.index((x, -y))) for k, (x, y) in enumerate(places) if y < 0 and (x, -y) in places]
+    found = {
+        law.sensors[first + k]: law.sensors[first + i] for first in range(0, len(law.sensors), n) for k, i in pairs
+    }
+    return found | {names(law.commands[k]): names(law.commands[i]) for k, i in pairs}
 
-    def mirrored(name: str) -> bool:
-        head, number = name[: name.rindex(":") + 1], name[name.rindex(":") + 1 :]
-        word, _, digits = number.rpartition("_")
-        other = left.get(int(digits)) if digits.isdigit() else None
-        return other is not None and f"{head}{word}{'_' if word else ''}{other}" in names
 
-    return [name for name in names if not mirrored(name)]
+def names(command: str) -> str:
+    """A command as changes and break points name it."""
+    return command.removeprefix("command_")
