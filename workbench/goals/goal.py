@@ -299,6 +299,11 @@ class Goal:
         limit = None if reached is None else kept_limit(verdict.limit, reached, verdict.sense)
         return None if limit is None else self.promised(self.proof or self.word, verdict.sense, limit)
 
+    def promises_on(self, loop: "Loop", verdict: Verdict) -> tuple[Promise, ...]:
+        """The same as several promises, each of what the checker looks at by itself; loop : one of those judged."""
+        found = self.promise(verdict)
+        return () if found is None else (found,) if isinstance(found, Promise) else tuple(found)
+
     def promised(self, kind: str, sense: Sense, limit: float) -> Promise:
         """A promise of what this goal looks at."""
         subject = Subject(

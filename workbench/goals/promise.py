@@ -26,6 +26,7 @@ class Subject:
     points : where the loop is broken or pushed, for sensitivities and margins
     models : names of the models; none for all of the table
     band : (low, high) [rad/s] of the frequencies (or sizes of poles) that count; None for all
+    scaled : inputs and outputs of the models with factors on them, 0 for a lost one: the loops of plants so changed
     """
 
     inputs: tuple[str, ...] = ()
@@ -34,8 +35,10 @@ class Subject:
     points: tuple[str, ...] = ()
     models: tuple[str, ...] = ()
     band: tuple[float, float] | None = None
+    scaled: tuple[tuple[str, float], ...] = ()
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "scaled", tuple((str(name), float(factor)) for name, factor in self.scaled))
         for key in ("inputs", "outputs", "openings", "points", "models"):
             object.__setattr__(self, key, _names(key, getattr(self, key)))
         if self.band is not None:
@@ -50,6 +53,7 @@ class Subject:
             parts.append(f"{', '.join(self.inputs)} → {', '.join(self.outputs)}")
         parts += [f"at {', '.join(self.points)}"] if self.points else []
         parts += [f"with {', '.join(self.openings)} open"] if self.openings else []
+        parts += [f"with {name} times {factor:g}" for name, factor in self.scaled]
         parts += ["from {:g} to {:g} rad/s".format(*self.band)] if self.band else []
         parts += [f"of {', '.join(self.models)}"] if self.models else []
         return " ".join(parts)
@@ -125,7 +129,9 @@ def _names(key: str, value: str | Iterable[str]) -> tuple[str, ...]:
 
 def _plain(subject: dict[str, Any]) -> dict[str, Any]:
     """Lists for tuples, and of the keys those that say something."""
-    given = {key: list(value) for key, value in subject.items() if value}
+    given: dict[str, Any] = {key: list(value) for key, value in subject.items() if value}
+    if "scaled" in given:
+        given["scaled"] = dict(given["scaled"])
     if "band" in given:
         given["band"] = [given["band"][0], None if math.isinf(given["band"][1]) else given["band"][1]]
     return given

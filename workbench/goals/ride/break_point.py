@@ -15,13 +15,15 @@ from workbench.analysis.setting import Setting
 from workbench.control.structure.loop import Loop
 from workbench.errors import InputError
 from workbench.goals.elsewhere import ExactMargin, disk_measure, least_factor
-from workbench.goals.goal import Bound, Largest, Measure, Rows, some_names
+from workbench.goals.goal import Bound, Goal, Largest, Measure, Rows, some_names
 from workbench.goals.key import Key
 from workbench.goals.margin import DelayMeasure
+from workbench.goals.promise import Promise, Subject
 from workbench.goals.ride.evaluated import Evaluated
 from workbench.goals.ride.flown import Flown
 from workbench.goals.ride.requirement import Found
 from workbench.goals.ride.reserve import Reserve, chosen, told_apart_by_sides
+from workbench.goals.verdict import Verdict
 from workbench.lti.break_point import BreakPoint
 
 FAMILIES = {
@@ -91,10 +93,18 @@ class AtPoints(Reserve):
 
     def bind(self, loop: Loop) -> Bound:
         """The goal on a loop of any plant."""
+        return Bound(self, Largest(tuple(self.measured(loop, names) for names in self.signals(loop))))
+
+    def signals(self, loop: Loop) -> list[tuple[str, ...]]:
+        """Signals broken at each point: one, or several at once."""
         known = {b: names for b, names in points_of_loop(loop).items() if self.at_once or b.kind != ALL}
         usual = [b for b in known if b.kind != ALL]
-        each = (self.measured(loop, known[b]) for b in (self.chosen(tuple(known)) if self.points else usual))
-        return Bound(self, Largest(tuple(each)))
+        return [known[b] for b in (self.chosen(tuple(known)) if self.points else usual)]
+
+    def promises_on(self, loop: Loop, verdict: Verdict) -> tuple[Promise, ...]:
+        if not self.proof:
+            return Goal.promises_on(self, loop, verdict)
+        return self.promises_of(self.proof, verdict, (Subject(points=names) for names in self.signals(loop)))
 
     def measured(self, loop: Loop, points: tuple[str, ...]) -> Measure:
         """The margin at one point, or at several at once: a number that is at most 1 where it is kept."""
@@ -105,7 +115,7 @@ class AtPoints(Reserve):
 class DiskMargin(AtPoints):
     """The balanced disk margin at every point is at least this."""
 
-    kind, unit = "disk margin", "1"
+    kind, unit, proof = "disk margin", "1", "disk margin"
     keys = (Key("at_least", "limit"), Key("points"))
     at_once = True
     margin_of = staticmethod(lambda b: b.disk)
@@ -167,7 +177,7 @@ class GainMargin(AtPoints):
 class DelayMargin(AtPoints):
     """At every point the loop bears this dead time."""
 
-    kind, unit = "dead time borne", "s"
+    kind, unit, proof = "dead time borne", "s", "delay margin"
     all_frequencies = True
     keys = (Key("at_least_ms", "limit", factor=1e-3), Key("points"))
     margin_of = staticmethod(lambda b: b.delay)

@@ -5,6 +5,7 @@ Source: guide, Definitions: Variations and losses; Sampled loop; Frozen loop at 
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 from workbench.analysis import plant_reserves
 from workbench.analysis.change import Change, chosen_changes
@@ -18,10 +19,12 @@ from workbench.errors import InputError
 from workbench.goals.elsewhere import Elsewhere, Sampling, damping_measure, decay_measure, linear, peak_measure
 from workbench.goals.goal import Asked, Bound, Largest, Measure, Rows, some_names
 from workbench.goals.key import Key
+from workbench.goals.promise import Promise, Subject
 from workbench.goals.ride.evaluated import Evaluated
 from workbench.goals.ride.flown import Flown
 from workbench.goals.ride.requirement import Found
 from workbench.goals.ride.reserve import Reserve, mirrored, told_apart_by_sides
+from workbench.goals.verdict import Verdict
 
 USUAL = ("scale:*", "mass:*", "force:*")  # of a vehicle, where none are named; of another plant the sensors' scales
 LARGEST_OFFSET = 10.0  # [m]
@@ -35,6 +38,7 @@ class Varied(Reserve):
     """
 
     of_roots = True
+    at_commands: ClassVar[bool] = False  # whether it is a figure of the sensitivity there
 
     variations: tuple[str, ...] = ()
 
@@ -67,10 +71,20 @@ class Varied(Reserve):
 
     def bind(self, loop: Loop) -> Bound:
         """The goal on a loop of any plant."""
-        asked = self.variations or USUAL[:1]
-        changes = chosen_changes(asked, plant_reserves.listed(loop), lambda c: plant_reserves.check_change(loop, c))
-        each = (Elsewhere(self.measured(plant_reserves.changed(loop, c)), c.name) for c in changes)
+        each = (Elsewhere(self.measured(plant_reserves.changed(loop, c)), c.name) for c in self.changes_of(loop))
         return Bound(self, Largest(tuple(each)))
+
+    def changes_of(self, loop: Loop) -> tuple[Change, ...]:
+        """Those of a plant of one's own."""
+        return chosen_changes(
+            self.variations or USUAL[:1], plant_reserves.listed(loop), lambda c: plant_reserves.check_change(loop, c)
+        )
+
+    def promises_on(self, loop: Loop, verdict: Verdict) -> tuple[Promise, ...]:
+        points = plant_reserves.commands_of(loop) if self.at_commands else ()
+        changes = self.changes_of(loop)
+        subjects = (Subject(points=points, scaled=((c.target, c.factor),)) for c in changes)
+        return self.promises_of(self.proof, verdict, subjects)
 
     def measured(self, loop: Loop) -> Measure:
         """The figure of one loop: a number that is at most 1 where the limit is kept."""
@@ -81,7 +95,7 @@ class Varied(Reserve):
 class VariedDamping(Varied):
     """The damping ratio under every variation is at least this; a real root that grows counts −1."""
 
-    kind, sense, unit = "damping ratio under variations", ">=", "1"
+    kind, sense, unit, proof = "damping ratio under variations", ">=", "1", "damping ratio"
     keys = (Key("at_least", "limit"), Key("variations"))
 
     def asked(self) -> Asked:
@@ -102,7 +116,7 @@ class VariedDamping(Varied):
 class VariedDecay(Varied):
     """The decay rate under every variation is at least this."""
 
-    kind, sense, unit = "decay rate under variations", ">=", "1/s"
+    kind, sense, unit, proof = "decay rate under variations", ">=", "1/s", "decay rate"
     keys = (Key("at_least_per_s", "limit"), Key("variations"))
 
     def asked(self) -> Asked:
@@ -123,7 +137,8 @@ class VariedDecay(Varied):
 class VariedPeak(Varied):
     """The peak sensitivity under every variation is at most this."""
 
-    kind, sense, unit = "peak sensitivity under variations", "<=", "1"
+    kind, sense, unit, proof = "peak sensitivity under variations", "<=", "1", "peak sensitivity"
+    at_commands = True
     keys = (Key("at_most", "limit"), Key("variations"))
 
     def measured(self, loop: Loop) -> Measure:

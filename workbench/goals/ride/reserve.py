@@ -16,6 +16,7 @@ from workbench.analysis.setting import Setting
 from workbench.errors import InputError, unknown_name
 from workbench.goals.goal import COMMON, FULL_BAND, Asked, Closed, Goal, Rows, Steered
 from workbench.goals.key import Key
+from workbench.goals.promise import Promise, Subject, kept_limit
 from workbench.goals.ride.evaluated import Evaluated
 from workbench.goals.ride.flown import Flown
 from workbench.goals.ride.requirement import Requirement
@@ -68,6 +69,16 @@ class Reserve(Requirement):
 
     def quantities(self, groups: Sequence[str]) -> tuple[str, ...]:
         return ()
+
+    def promises_of(self, kind: str, verdict: Verdict, subjects: Iterable[Subject]) -> tuple[Promise, ...]:
+        """A promise of a kind that the checker proves for each subject: the limit asked for, else the one reached."""
+        reached = verdict.value if verdict.upper is None else verdict.upper
+        limit = None if reached is None else kept_limit(self.limit, reached, self.sense)
+        if limit is None:
+            return ()
+        return tuple(
+            Promise(kind, self.sense, limit, replace(s, models=self.models or (), band=self.focus)) for s in subjects
+        )
 
     # ---- asked of a vehicle by smooth rows, of any plant by `bind`
 

@@ -121,6 +121,8 @@ def _counterpart(promise: Promise, loops: dict[str, Loop], K: Controller) -> flo
 
 
 def _sampled_value(promise: Promise, loop: Loop, K: Controller) -> float | None:
+    if promise.subject.scaled:  # of another plant
+        return None
     kind, subject, T = promise.kind, promise.subject, float(loop.sample_time or 0.0)
     if kind in ("stability", "decay rate", "damping ratio"):
         s = np.log(_lasting(loop.poles(K, subject.openings))) / T

@@ -10,7 +10,7 @@ says is undecided, and why. Published schema: plant_table.schema.json, beside th
 
 import json
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from decimal import Decimal as Digits
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -35,6 +35,7 @@ if TYPE_CHECKING:
 
 VERSION = 2
 TINY = 1e-9  # a limit that nothing keeps, so that what is reached is promised
+MOST_SIGNALS, MOST_PROMISED = 60, 300  # with factors on them; promises of one requirement
 MOST_SECONDS = 60.0  # of proofs while a table is made
 Signals = Annotated[list[Annotated[str, Field(min_length=1, max_length=500)]], Field(max_length=500)]
 
@@ -95,6 +96,7 @@ class SubjectPart(Part):
     points: Signals = Field(default_factory=list)
     models: Names = Field(default_factory=list)
     band: Annotated[list[Number | None], Field(min_length=2, max_length=2)] | None = None
+    scaled: Annotated[dict[Name, Number], Field(max_length=MOST_SIGNALS)] = Field(default_factory=dict)
 
 
 class PromisePart(Part):
@@ -120,7 +122,7 @@ class VerdictPart(Part):
     model: Text = ""
     method: Text = ""
     upper: Number | None = None
-    promises: Annotated[list[int], Field(max_length=20)]
+    promises: Annotated[list[int], Field(max_length=MOST_PROMISED)]
 
 
 class UndecidedPart(Part):
@@ -223,7 +225,7 @@ def plant_table(
     judged = [(goal, verdict) for goal in problem.goals for verdict in design.verdicts if verdict.name == goal.name]
     asked: dict[str, list[Promise]] = {"": [Promise("stability", ">=", 0.0)]}
     for goal, verdict in judged:
-        asked[goal.name] = listed(goal.promise(verdict))
+        asked[goal.name] = list(goal.promises_on(problem.loops[0], verdict))
     asked[""] += _usual(problem, design.structure, [p for promises in asked.values() for p in promises])
     _sort(document, list(dict.fromkeys(p for promises in asked.values() for p in promises)))
     kept = [json.dumps(p, sort_keys=True) for p in document["promises"]]
@@ -233,7 +235,7 @@ def plant_table(
             "name": verdict.name, "hard": goal.hard, "sense": verdict.sense, "limit": verdict.limit,
             "value": _finite(verdict.value), "unit": verdict.unit, "met": verdict.met, "where": verdict.where,
             "model": verdict.model, "method": verdict.method, "upper": _finite(verdict.upper),
-            "promises": [kept.index(p) for p in own if p in kept],
+            "promises": [kept.index(p) for p in own] if set(own) <= set(kept) else [],  # held by all, or by none
         }  # fmt: skip
         document["requirements"].append(record)
     document["digest"] = "0" * 64
@@ -247,8 +249,7 @@ def _usual(problem, structure: Structure, promised: Sequence[Promise]) -> list[P
         if any(p.kind == Sensitivity.proof and p.subject.points == (point,) for p in promised):
             continue
         goal = Sensitivity(points=point, limit=TINY)
-        promise = goal.promise(goal.judge(Closed(problem.loops, K))[0])
-        found += listed(promise)
+        found += goal.promises_on(problem.loops[0], goal.judge(Closed(problem.loops, K))[0])
     return found
 
 
@@ -309,13 +310,6 @@ def structure_part(structure: Structure) -> dict[str, Any]:
 def schema() -> dict[str, Any]:
     """The JSON schema of a table of any plant."""
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **PlantTable.model_json_schema()}
-
-
-def listed(promised: Promise | Iterable[Promise] | None) -> list[Promise]:
-    """What a goal promises, as a list."""
-    if promised is None:
-        return []
-    return [promised] if isinstance(promised, Promise) else list(promised)
 
 
 def _finite(value: float | None) -> float | None:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from workbench.handover.table.agreement import AGREES, SAME, Agreement, alike
-from workbench.handover.table.plant import listed, model_part, structure_part
+from workbench.handover.table.plant import model_part, structure_part
 from workbench.lti.model import Model
 
 LETTERS = (("A", "states", "states"), ("B", "states", "inputs"), ("C", "outputs", "states"), ("D", "outputs", "inputs"))
@@ -115,15 +115,16 @@ def _goals(document: dict[str, Any], problem) -> list[str]:
                     if getattr(found, key) is not None
                     else f"{goal.name!r} has no value; {there[key]} is stated"
                 )
-        held = []
-        for promise in listed(goal.promise(found)):
+        held, whole = [], True
+        for promise in goal.promises_on(problem.loops[0], found):
             here = _places(said, (promise.kind, promise.to_dict()["subject"], promise.sense), promise.limit)
-            held += here[:1]
+            held, whole = held + here[:1], whole and bool(here)
             if not here and not _places(undecided, (promise.name[:500], None, promise.sense), promise.limit):
                 sentences.append(
                     f"{goal.name!r} must be promised as {promise.name!r} {promise.sense} {promise.limit:.6g}, or said "
                     "to be undecided; it is neither"
                 )
+        held = held if whole else []
         if sorted(there["promises"]) != sorted(held):
             sentences.append(f"{goal.name!r} must name the promises that hold it, {held}; got {there['promises']}")
     return sentences

@@ -16,7 +16,7 @@ from workbench.verify.exact.deadline import within
 from workbench.verify.exact.failure import NotProved, TableError
 from workbench.verify.finding import Finding, Report, Undecided, attempted, digest_faults, outward
 from workbench.verify.plant.loop import Loop
-from workbench.verify.plant.table import Promise, Table, table_of
+from workbench.verify.plant.table import MOST_PROMISES, Model, Promise, Scaled, Table, table_of
 from workbench.verify.promises import proofs
 from workbench.verify.promises.answer import Answer
 from workbench.verify.reading import as_printed, digest_of, entries_of, keyed, mapping, optional, text_of
@@ -33,7 +33,10 @@ def checked(document: Mapping[str, Any], on_promise: Callable[[Finding], None] |
     faults = digest_faults(table.digest, digest) + [f"{f.name!r} {f.reason}" for f in findings if not f.holds]
     if not table.promises:
         faults.append("the table promises nothing")
-    if not any(p.kind == "stability" and not p.subject.openings and _covers(p, table) for p in table.promises):
+    if not any(
+        p.kind == "stability" and not p.subject.openings and not p.subject.scaled and _covers(p, table)
+        for p in table.promises
+    ):
         faults.append("the table must promise the stability of every model's loop; it does not")
     seen = set()
     for p in table.promises:
@@ -54,7 +57,7 @@ def findings_of(document: Mapping[str, Any], seconds: float) -> list[Finding]:
 
 
 def _findings(table: Table, on_promise: Callable[[Finding], None] | None) -> list[Finding]:
-    loops: dict[str, Loop | str] = {}
+    loops: dict[tuple[str, Scaled], Loop | str] = {}
     findings: list[Finding] = []
     for promise in table.promises:
         findings.append(_found(table, loops, promise))
@@ -67,7 +70,7 @@ def _covers(promise: Promise, table: Table) -> bool:
     return not promise.subject.models or set(promise.subject.models) == {m.name for m in table.models}
 
 
-def _found(table: Table, loops: dict[str, Loop | str], promise: Promise) -> Finding:
+def _found(table: Table, loops: dict[tuple[str, Scaled], Loop | str], promise: Promise) -> Finding:
     """One promise on every model it speaks of."""
     answers: list[Answer] = []
     spoken = [m for m in table.models if not promise.subject.models or m.name in promise.subject.models]
@@ -77,9 +80,10 @@ def _found(table: Table, loops: dict[str, Loop | str], promise: Promise) -> Find
         if prove is None:
             raise NotProved(f"the checker has no proof of the kind {promise.kind[:60]!r}")
         for model in spoken:
-            if model.name not in loops:
-                loops[model.name] = _loop(table, model)
-            loop = loops[model.name]
+            key = model.name, promise.subject.scaled
+            if key not in loops:
+                loops[key] = _loop(table, model, promise.subject.scaled)
+            loop = loops[key]
             if isinstance(loop, str):
                 raise NotProved(loop)
             answers.append(prove(loop, promise))
@@ -97,10 +101,10 @@ def _found(table: Table, loops: dict[str, Loop | str], promise: Promise) -> Find
     )  # fmt: skip
 
 
-def _loop(table: Table, model) -> Loop | str:
-    """The loop, or why there is none."""
+def _loop(table: Table, model: Model, scaled: Scaled) -> Loop | str:
+    """The loop of a model with factors on its signals, or why there is none."""
     try:
-        return Loop(table, model)
+        return Loop(table, model.changed(scaled))
     except NotProved as error:
         return str(error)
 
@@ -141,7 +145,7 @@ def _requirements(table: Table, faults: list[str]) -> list[str]:
             faults.append(f"{name!r} is stated to be met; its stated value does not keep its stated limit")
         if entry["hard"] and not entry["met"]:
             faults.append(f"{name!r} must be met; the table itself says that it is not")
-        held = entries_of(entry["promises"], f"{place}.promises", 20)
+        held = entries_of(entry["promises"], f"{place}.promises", MOST_PROMISES)
         for k in held:
             if isinstance(k, bool) or not isinstance(k, int) or not 0 <= k < len(table.promises):
                 raise TableError(f"{place}.promises must count promises of the table; got {str(k)[:20]!r}. Mend it.")

@@ -4,12 +4,12 @@ document --table_of--> Table: every part checked for type, shape and size; one s
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
-from flint import fmpq
+from flint import fmpq, fmpq_mat
 
-from workbench.verify.exact.failure import TableError
+from workbench.verify.exact.failure import NotProved, TableError
 from workbench.verify.exact.system import System
 from workbench.verify.reading import as_printed, decimal, entries_of, keyed, mapping, matrix_of, optional, text_of
 
@@ -19,7 +19,9 @@ KEYS = (
     "format", "version", "problem", "title", "data_sha256", "created", "versions", "seed", "solver", "starts", "models",
     "structure", "measured", "requirements", "promises", "undecided", "digest",
 )  # fmt: skip
-SUBJECT = ("inputs", "outputs", "openings", "points", "models", "band")
+SUBJECT = ("inputs", "outputs", "openings", "points", "models", "band", "scaled")
+NAMED = SUBJECT[:5]
+Scaled = tuple[tuple[str, fmpq], ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,6 +52,23 @@ class Model:
         """The signals that are seen outside, not led into a dead time."""
         return tuple(y for y in self.system.outputs if y not in {x.source for x in self.lines})
 
+    def changed(self, scaled: Scaled) -> "Model":
+        """The model with factors on some of its inputs and outputs."""
+        factors, system = dict(scaled), self.system
+        for name in factors:
+            if name not in (*self.inputs, *self.outputs):
+                raise NotProved(f"{name[:60]!r} is neither input nor output of model {self.name[:60]!r}")
+        B, C, D = fmpq_mat(system.B), fmpq_mat(system.C), fmpq_mat(system.D)
+        for j, name in enumerate(system.inputs):
+            for M in (B, D):
+                for i in range(M.nrows()):
+                    M[i, j] = M[i, j] * factors.get(name, 1)
+        for i, name in enumerate(system.outputs):
+            for M in (C, D):
+                for j in range(M.ncols()):
+                    M[i, j] = M[i, j] * factors.get(name, 1)
+        return replace(self, system=replace(system, B=B, C=C, D=D))
+
 
 @dataclass(frozen=True, slots=True)
 class Block:
@@ -64,7 +83,10 @@ class Block:
 
 @dataclass(frozen=True, slots=True)
 class Subject:
-    """Which part of which loops a promise speaks of; no models: all of them; no band: every frequency."""
+    """Which part of which loops a promise speaks of; no models: all of them; no band: every frequency.
+
+    scaled : inputs and outputs of the models with factors on them: the loops are those of plants so changed
+    """
 
     inputs: tuple[str, ...]
     outputs: tuple[str, ...]
@@ -72,12 +94,14 @@ class Subject:
     points: tuple[str, ...]
     models: tuple[str, ...]
     band: tuple[fmpq, fmpq | None] | None
+    scaled: Scaled = ()
 
     def words(self) -> str:
         """The subject in a phrase."""
         parts = [f"{', '.join(self.inputs)} → {', '.join(self.outputs)}"] if self.inputs or self.outputs else []
         parts += [f"at {', '.join(self.points)}"] if self.points else []
         parts += [f"with {', '.join(self.openings)} open"] if self.openings else []
+        parts += [f"with {name} times {float(factor):g}" for name, factor in self.scaled]
         if self.band is not None:
             low, high = self.band
             parts.append(f"from {float(low):g} to {'inf' if high is None else f'{float(high):g}'} rad/s")
@@ -217,12 +241,19 @@ def _promise(value: Any, place: str) -> Promise:
     if given["sense"] not in ("<=", ">="):
         raise TableError(f"{place}.sense must be '<=' or '>='; got {str(given['sense'])[:20]!r}. Mend it there.")
     subject = keyed(given["subject"], f"{place}.subject", (), SUBJECT)
-    names = {key: _names(subject.get(key, []), f"{place}.subject.{key}", distinct=False) for key in SUBJECT[:-1]}
+    names = {key: _names(subject.get(key, []), f"{place}.subject.{key}", distinct=False) for key in NAMED}
     band = optional(subject.get("band"), lambda ends: _band(ends, f"{place}.subject.band"))
     return Promise(
         text_of(given["kind"], f"{place}.kind"), given["sense"], as_printed(given["limit"], f"{place}.limit"),
-        Subject(**names, band=band),
+        Subject(**names, band=band, scaled=_scaled(subject.get("scaled", {}), f"{place}.subject.scaled")),
     )  # fmt: skip
+
+
+def _scaled(value: Any, place: str) -> Scaled:
+    factors = mapping(value, place)
+    if len(factors) > MOST_SIGNALS:
+        raise TableError(f"{place} must name at most {MOST_SIGNALS} signals; it names more. Get the table again.")
+    return tuple((text_of(name, place), as_printed(factor, f"{place}.{name[:40]}")) for name, factor in factors.items())
 
 
 def _band(value: Any, place: str) -> tuple[fmpq, fmpq | None]:

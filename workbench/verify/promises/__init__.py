@@ -1,7 +1,8 @@
 """Proofs of what a gain table promises, one file a kind: KIND, SUBJECT and prove(loop, promise) → Answer.
 
-SUBJECT names what a promise of the kind speaks of besides models. What it does not speak of must not stand there: a
-reader would take it for part of what is proved. A new kind is a new file here; a kind without one is not proved.
+SUBJECT names what a promise of the kind speaks of besides models and factors on their signals. What it does not speak
+of must not stand there: a reader would take it for part of what is proved. A new kind is a new file here; a kind
+without one is not proved.
 """
 
 from collections.abc import Callable
@@ -28,7 +29,7 @@ def _of(prove: Proof, subject: tuple[str, ...]) -> Proof:
     def within_subject(loop: Loop, promise: Promise) -> Answer:
         given = promise.subject
         for key in SUBJECT:
-            if getattr(given, key) and key not in (*subject, "models"):
+            if getattr(given, key) and key not in (*subject, "models", "scaled"):
                 raise NotProved(f"a {promise.kind} does not speak of {key}")
         both = set(given.points) & set(given.openings)
         if both:
