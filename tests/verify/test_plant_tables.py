@@ -389,3 +389,39 @@ def test_a_promise_that_fails_on_one_model_says_nothing_of_the_worst_of_those_af
     assert finding.verdict == "fails"
     assert finding.proved[0] > 1.0001
     assert finding.proved[1] == np.inf
+
+
+def test_a_promise_of_a_changed_plant_is_proved_of_that_plant():
+    document = plant_table(design_of("motor")).to_dict()
+    point = "voltage"
+
+    def finding(kind, limit, **subject):
+        sense = "<=" if kind == "peak sensitivity" else ">="
+        promise = {"kind": kind, "sense": sense, "limit": limit, "subject": subject}
+        return verify_document(signed(document, lambda d: d["promises"].append(promise))).findings[-1]
+
+    changed = copy.deepcopy(document)
+    for model in changed["models"]:
+        column = model["inputs"].index(point)
+        for row in (*model["B"], *model["D"]):
+            row[column] = repr(0.8 * float(row[column]))
+    plain = PlainPlant(changed)
+    decay = min(-plain.poles(model).real.max() for model in plain.models.values())
+    low, high = finding("decay rate", 1e-3, scaled={point: 0.8}).proved
+    assert low * (1 - 1e-9) <= decay <= high * (1 + 1e-9)  # eigenvalues of the matrices changed by hand
+    assert finding("decay rate", 0.99 * low, scaled={point: 0.8}).holds
+    assert not finding("decay rate", 1.01 * high, scaled={point: 0.8}).holds
+    assert not finding("stability", 0.0, scaled={point: -50.0}).holds
+    assert not finding("stability", 0.0, scaled={"nothing": 0.8}).holds
+
+
+def test_the_stability_of_a_changed_plant_is_not_that_of_the_plant():
+    document = plant_table(design_of("motor")).to_dict()
+
+    def only_changed(d):
+        for p in d["promises"]:
+            if p["kind"] == "stability":
+                p["subject"]["scaled"] = {"voltage": 0.9}
+
+    report = verify_document(signed(document, only_changed))
+    assert any("must promise the stability of every model's loop" in fault for fault in report.faults)
