@@ -87,7 +87,7 @@ def test_the_approved_table_is_signed_and_made_from_these_data(problems, name):
     assert table.to_gains() == problems[name].approved
 
 
-RESERVES = {"revenue_vehicle": 14, "hybrid_motor": 14, "heave_pitch": 12, "sway_roll_yaw": 14}
+RESERVES = {"revenue_vehicle": 14, "coil_vehicle": 14, "hybrid_motor": 14, "heave_pitch": 12, "sway_roll_yaw": 14}
 
 
 @pytest.mark.parametrize("name", APPROVED)
