@@ -21,9 +21,7 @@ def rows() -> list[tuple[str, float, float, float]]:
     """(name, our seconds, peer's seconds, peer over ours)."""
     law = law_at()
     change = POSE[0] - law.gap, POSE[1] - law.gap_lateral, POSE[2], ALPHA
-    law.forces_and_slopes(*change)  # compiles once, as any further call finds it
-    ours, (force_here, slopes) = _seconds(lambda: law.forces_and_slopes(*change), 200)
-    both = force_here, slopes[:, :3]
+    ours, both = _seconds(lambda: (law.forces(*change), law.stiffness(*change)), 20)
     peer, theirs = _seconds(lambda: _magpylib(law), 2)
     many = np.linspace(-0.05, 0.05, 1000)
     mapped, _ = _seconds(lambda: law.forces(many, 0.0, 0.0, ALPHA), 3)

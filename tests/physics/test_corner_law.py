@@ -208,13 +208,3 @@ def test_drag_is_lift_and_lateral_force_over_the_ratio():
 def test_impossible_poses_and_coils_are_refused_with_a_sentence(build, sentence):
     with pytest.raises(InputError, match=sentence):
         build()
-
-
-def test_machine_code_gives_the_forces_and_slopes_of_the_interpreter():
-    law = law_at()
-    pose = (0.02, -0.02, 0.02, 0.1)
-    forces, slopes = law.forces_and_slopes(*pose)
-    # another order of the same sixty thousand operations
-    np.testing.assert_allclose(forces, law.forces(*pose), rtol=1e-11)
-    np.testing.assert_allclose(slopes[:, :3], law.stiffness(*pose), rtol=1e-9, atol=1e-9 * np.abs(slopes).max())
-    np.testing.assert_allclose(slopes[:, 3], law.current_action(*pose), rtol=1e-9)

@@ -85,10 +85,6 @@ def disk_margin(A, B, C, D, *, tolerance: float = 1e-3, band: tuple[float, float
     band : (low, high)
         Frequencies that count [rad/s]; all of them if left out.
 
-    Returns
-    -------
-    DiskMargin
-
     Raises
     ------
     InputError

@@ -139,10 +139,6 @@ def margins(A, B, C, D, *, channels: Sequence[str] | None = None) -> ChannelMarg
     channels : m names, optional
         "1", "2", … if left out.
 
-    Returns
-    -------
-    ChannelMargins
-
     Raises
     ------
     InputError

@@ -90,10 +90,6 @@ class FrequencyResponse(Result):
         dead_time : [s] of every entry, known beforehand; it stays a dead time of the model
         stable : whether poles on the right are mirrored to the left. Left out, a plant may be unstable.
 
-        Returns
-        -------
-        Fit
-
         Raises
         ------
         InputError

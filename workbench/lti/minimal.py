@@ -54,10 +54,6 @@ def controllable_observable(A, B, C, *, tolerance: float = RELATIVE_TOLERANCE) -
         Couplings below this fraction of the norm of the balanced A count as none. Columns of B and rows of C are
         brought to unit length in balanced units first, so the units of inputs and outputs do not decide.
 
-    Returns
-    -------
-    Minimal
-
     Raises
     ------
     InputError

@@ -75,10 +75,6 @@ def peak_gain(A, B, C, D=None, *, tolerance: float = 1e-9) -> Peak:
         Relative width of the bracket, 1e-13 … 0.1. Where rounding is larger (very light damping) the bracket is as wide
         as that.
 
-    Returns
-    -------
-    Peak
-
     Raises
     ------
     InputError

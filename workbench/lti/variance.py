@@ -96,10 +96,6 @@ def stationary(A, B_front, B_rear=None, *, delay: float = 0.0, correlation=None)
         Correlation (or intensity) matrix of the noises, symmetric and positive semidefinite. If left out the noises are
         independent and each has its own covariance; if given, there is one covariance for all together.
 
-    Returns
-    -------
-    Stationary
-
     Raises
     ------
     InputError

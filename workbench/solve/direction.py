@@ -44,10 +44,6 @@ def simplex_direction(
     low, high : (n,)
         Room below and above, low ≤ 0 ≤ high, infinite where there is none.
 
-    Returns
-    -------
-    Direction
-
     The shortest vector of a convex hull as nonnegative least squares: minimising ‖Gλ‖² + (1'λ − 1)² over λ ≥ 0 gives a
     multiple of it, because s²v + (s − 1)² has at its best s the value v/(1 + v), which grows with v. A linear term
     enters through the row √κ + gap/√κ.

@@ -122,10 +122,6 @@ def minimise(
     on_step : (x, value) → bool, optional
         Called after each step; True ends the run.
 
-    Returns
-    -------
-    Minimum
-
     Raises
     ------
     InputError

@@ -180,10 +180,6 @@ class Loop:
             return abscissa(self._all.lined(K), self._all.late(K))
         return rightmost(self.poles(K), self.sample_time)
 
-    def controller_poles(self, K: Controller) -> np.ndarray:
-        """Eigenvalues of the controller alone."""
-        return K.poles()
-
     def _channel(self, inputs, outputs, openings, sign: float) -> Channel:
         for name in (*inputs, *openings):
             if name not in self._position:

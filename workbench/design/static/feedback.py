@@ -98,10 +98,6 @@ def static_feedback(
     on_progress : (words, value) → bool, optional
         Called after every step; True ends the search.
 
-    Returns
-    -------
-    StaticFeedback
-
     Raises
     ------
     InputError

@@ -89,10 +89,6 @@ def tune_robust(
     tolerance : float
         Relative excess over the largest soft value (over 1 for hard goals) that counts as worse.
 
-    Returns
-    -------
-    RobustTuning
-
     Raises
     ------
     InputError

@@ -140,10 +140,6 @@ def stabilise(
     on_step : (theta, value) → bool, optional
         Called after every step; True gives up.
 
-    Returns
-    -------
-    Stabilised
-
     Raises
     ------
     InputError

@@ -87,10 +87,6 @@ def tune(
     on_progress : Progress → bool, optional
         Called after each step, after each start if workers > 1; True ends the search, and the best so far is verified.
 
-    Returns
-    -------
-    Tuning
-
     Raises
     ------
     InputError

@@ -95,10 +95,6 @@ def plane_forces(
     accuracy : float
         Of the quadrature, relative to each value; more nodes are taken until it is reached.
 
-    Returns
-    -------
-    PlaneForces
-
     Raises
     ------
     InputError

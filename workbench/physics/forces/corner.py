@@ -13,7 +13,6 @@ from functools import cache
 import casadi as ca
 import numpy as np
 
-from workbench.compiled import Buffered, compile_function
 from workbench.errors import InputError
 from workbench.physics.coils.loop import WireLoop
 from workbench.physics.forces.elementwise import CASADI, elementwise
@@ -109,17 +108,6 @@ class CornerLaw:
     def current_action(self, gap_change=0.0, gap_lateral_change=0.0, roll=0.0, alpha=0.0) -> np.ndarray:
         """(3,) derivatives of (F_L, F_G, L) by α at one pose [N, N, N m]."""
         return self._tangent(gap_change, gap_lateral_change, roll, alpha)[1][:, 3]
-
-    def forces_and_slopes(self, gap_change, gap_lateral_change, roll, alpha) -> tuple[np.ndarray, np.ndarray]:
-        """Forces (3,) and their derivatives (3, 4) by (h, h', φ, α) at one pose of numbers, as machine code.
-
-        For loops over many poses: compiled once per coil set (seconds, kept in a cache), then several times as fast
-        as `forces` and `stiffness`; the interpreter where there is no C compiler. Units and errors as there.
-        """
-        self._check_clear(gap_change, gap_lateral_change, roll)
-        pose = np.array([self.gap + gap_change, self.gap_lateral + gap_lateral_change, roll, alpha])
-        forces, slopes = _machine(self.coils, self.order)(pose)
-        return self.scale * forces.ravel(), self.scale * slopes
 
     def pose_forces(self, gap_change, gap_lateral_change, roll, pitch, yaw, alpha):
         """The same forces with the coil also pitched and yawed, and all three moments about its centre, elementwise.
@@ -231,14 +219,6 @@ def _forces(coils: CoilSet, order: int) -> ca.Function:
 def _tangent(coils: CoilSet, order: int) -> ca.Function:
     symbols, gradient = _symbols(coils, order)
     return ca.Function("corner_tangent", symbols, [gradient, ca.jacobian(gradient, ca.vertcat(*symbols))])
-
-
-@cache
-def _machine(coils: CoilSet, order: int) -> Buffered:
-    symbols, gradient = _symbols(coils, order)
-    pose = ca.vertcat(*symbols)
-    outputs = [gradient, ca.densify(ca.jacobian(gradient, pose))]
-    return Buffered(compile_function(ca.Function("corner_pose", [pose], outputs, {"cse": True})))
 
 
 @cache

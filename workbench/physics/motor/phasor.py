@@ -62,10 +62,6 @@ def mutual_phasor(
     accuracy : float
         Of the quadrature, relative to a centred coil at the same height.
 
-    Returns
-    -------
-    Phasor
-
     Raises
     ------
     InputError

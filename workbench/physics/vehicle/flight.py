@@ -1,15 +1,11 @@
 """The force law that comes from coils, at any speed: what a vehicle flies on, and at which height.
 
     FlyingCoils, speed, weight  --level flight: current or gap held-->  Flight: law, gap, current  -->  vehicle there
-    FlyingCoils, speeds         -->  CoefficientTable: the first-order expansion against speed
 
 Below the lift-off speed the vehicle rolls on wheels: the lowest speed whose trim gap is at least `gap_minimum`.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
-
-import numpy as np
 
 from workbench.errors import InfeasibleError, InputError, unknown_name
 from workbench.physics.forces.corner import CornerLaw
@@ -129,49 +125,3 @@ def _below_lift_off(coils: FlyingCoils, levitation: Levitation, speed: float) ->
         f"the speed must not be below lift-off ({needed} for {levitation.weight:.6g} N at a gap of "
         f"{coils.gap_minimum:g} m); got {speed:g} m/s. Fly faster, raise the ampere-turns or lower gap_minimum_m."
     )
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
-class CoefficientTable(Result):
-    """First-order coefficients of a coil set in level flight, against speed.
-
-    speed : (k,) [m/s];  gap : (k,) [m];  current : (k,) [A];  lift_to_drag : (k,)
-    lift, lateral, moment : (k, 5) value and derivatives by Δh, Δh', φ, α, as in `forces.law.FirstOrderLaw`
-    """
-
-    speed: np.ndarray
-    gap: np.ndarray
-    current: np.ndarray
-    lift_to_drag: np.ndarray
-    lift: np.ndarray
-    lateral: np.ndarray
-    moment: np.ndarray
-
-    def rows(self) -> list[Row]:
-        out: list[Row] = []
-        for k, speed in enumerate(self.speed):
-            at = f" at {speed:g} m/s"
-            out.append(("gap" + at, float(self.gap[k]), "m"))
-            out.append(("∂F_L/∂h" + at, float(self.lift[k, 1]), "N/m"))
-            out.append(("∂F_L/∂α" + at, float(self.lift[k, 4]), "N"))
-            out.append(("lift over drag" + at, float(self.lift_to_drag[k]), ""))
-        return out
-
-
-def coefficients_against_speed(coils: FlyingCoils, speeds: Sequence[float]) -> CoefficientTable:
-    """The first-order expansion of the exact law at the level-flight gap of each speed [m/s].
-
-    The lift ratio f_L/f_L∞ is held while the gap deviates, as in the report's algorithm (A.1 (e)).
-    """
-    flights = [flight(coils, float(speed)) for speed in speeds]
-    if not flights:
-        raise InputError("coefficients against speed need at least one speed [m/s]; got none.")
-    values = np.array([law.forces(0.0, 0.0, 0.0, 0.0) for law in (f.exact for f in flights)])
-    slopes = np.array([np.hstack([f.exact.stiffness(), f.exact.current_action()[:, None]]) for f in flights])
-    table = np.concatenate([values[:, :, None], slopes], axis=2)  # (k, force, 5)
-    return CoefficientTable(
-        speed=np.array([f.speed for f in flights]), gap=np.array([f.gap for f in flights]),
-        current=np.array([f.current for f in flights]),
-        lift_to_drag=np.array([1 / f.exact.drag_ratio for f in flights]),
-        lift=table[:, 0], lateral=table[:, 1], moment=table[:, 2],
-    )  # fmt: skip
