@@ -32,7 +32,8 @@ def unknown_name(kind: str, given: str, known: Iterable[str]) -> InputError:
 def nearest(given: str, known: Iterable[str]) -> str:
     """Which of the known words a given one may have meant, and the words, without the full stop."""
     names = sorted(known)
-    folded = {name.casefold(): name for name in reversed(names)}
+    folded = {name.rpartition(".")[2].casefold(): name for name in reversed(names)}  # the last part of a dotted name
+    folded |= {name.casefold(): name for name in reversed(names)}
     near = get_close_matches(given.casefold(), folded, n=1, cutoff=0.5)
     hint = f"did you mean {folded[near[0]]!r}? " if near else ""
     return f"{hint}Known: {', '.join(names[:LISTED])}{', …' if len(names) > LISTED else ''}"

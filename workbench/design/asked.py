@@ -18,7 +18,7 @@ from workbench.design.plant_analysis import PlantAnalysis, plant_analysis
 from workbench.design.plant_simulation import PlantSimulation, simulate_plant
 from workbench.design.plant_tradeoff import PlantTradeOff, plant_trade_off
 from workbench.design.problem import Problem
-from workbench.design.record import Design, Start, given, printed
+from workbench.design.record import Design, Start, checked_values, given, printed
 from workbench.design.robust import RobustDesign, robust_design
 from workbench.design.starts import FEW, STARTS
 from workbench.design.tradeoff import TradeOff
@@ -89,7 +89,7 @@ def simulate(
             "workbench.simulation.Rig(…), then wb.simulate(rig, duration)."
         )
     return simulate_plant(
-        problem, chosen if isinstance(chosen, Mapping) else chosen.as_dict(), steps=steps, outputs=outputs,
+        problem, checked_values(chosen), steps=steps, outputs=outputs,
         duration=duration, sample_time=sample_time, computing_delay=computing_delay, instants=instants,
     )  # fmt: skip
 
@@ -197,7 +197,11 @@ def trade_off(
 def _chosen(given_one: Problem | Design, values: Values | None) -> tuple[Problem, Values]:
     """The problem, and the values that are meant."""
     if isinstance(given_one, Design):
-        return given_one.problem, given_one.values if values is None else values
+        return given_one.problem, given_one.values if values is None else checked_values(values)
+    if not isinstance(given_one, Problem):
+        raise InputError(
+            f"this takes a problem or a design; got a {type(given_one).__name__}. wb.load(name) makes one."
+        )
     chosen = given_one.approved if values is None else values
     if chosen is None and given_one.flies:
         raise InputError(f"problem {given_one.name!r} has no approved gains; give some, or design it first.")

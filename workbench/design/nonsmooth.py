@@ -12,7 +12,6 @@ from workbench.design.problem import Problem
 from workbench.design.record import Design, Start, printed
 from workbench.design.tuner.pieces import Labelled
 from workbench.design.tuner.tune import Progress, refuse_unmet, tune_labelled
-from workbench.errors import unknown_name
 from workbench.machine.budget import current
 
 SECONDS = 60.0  # of the search where nothing else is said
@@ -44,11 +43,8 @@ def nonsmooth_design(
 
 def theta_of(problem: Problem, start: Mapping[str, float]) -> np.ndarray:
     """Values by name as the structure's free parameters, those left out as in the structure."""
-    known = problem.structure.values()
-    for name in start:
-        if name not in known:
-            raise unknown_name("parameter", name, known)
-    return np.array([{**known, **start}[name] for name in problem.structure.names])
+    chosen = problem.structure_at(start).values()
+    return np.array([chosen[name] for name in problem.structure.names])
 
 
 def _told(on_start: Callable[[Start], None] | None):

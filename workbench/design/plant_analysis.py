@@ -17,7 +17,7 @@ from workbench.control.structure.block import Controller
 from workbench.control.structure.loop import Loop
 from workbench.design.loop_margins import LoopMargins, loop_margins
 from workbench.design.problem import Problem
-from workbench.design.record import Design, given
+from workbench.design.record import Design, checked_values, given
 from workbench.errors import InputError
 from workbench.machine.threads import one_thread
 from workbench.result import Result, Row, figure, plain
@@ -133,7 +133,7 @@ def plant_analysis(
     """
     start = problem.approved if isinstance(problem.approved, Mapping) else {}
     with one_thread():
-        found = given(problem, {**start, **(values or {})})
+        found = given(problem, {**start, **checked_values(values)})
         return analysis_of(found, margins=margins)
 
 

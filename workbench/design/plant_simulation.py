@@ -10,6 +10,7 @@ from workbench.control.structure.block import Controller
 from workbench.control.structure.loop import Loop
 from workbench.control.structure.structure import Structure
 from workbench.design.problem import Problem
+from workbench.design.record import checked_values
 from workbench.errors import InputError, unknown_name
 from workbench.exits import through
 from workbench.lti.hold import held
@@ -71,7 +72,7 @@ def simulate_plant(
         For unknown names, times that make no sense, or an unstable loop without a duration.
     """
     start = problem.approved if isinstance(problem.approved, Mapping) else {}
-    structure = problem.structure.with_values({**start, **(values or {})})
+    structure = problem.structure_at({**start, **checked_values(values)})
     with one_thread():
         loops, K = _loops(problem, structure, sample_time, computing_delay)
         first = loops[0]

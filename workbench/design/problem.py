@@ -14,6 +14,8 @@ from difflib import get_close_matches
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from workbench.analysis.setting import Setting
 from workbench.control import Gains, ModalLaw
 from workbench.control.loop import Subject
@@ -116,6 +118,18 @@ class Problem(Result):
     def fixed(self) -> dict[str, float]:
         """Value of each parameter that is not free."""
         return {p.name: p.value for p in self.structure.parameters if not p.free}
+
+    def structure_at(self, values: Mapping[str, float]) -> Structure:
+        """The structure at values of its parameters, those left out as they are; refused where it has no numbers."""
+        structure = self.structure.with_values(values)
+        with np.errstate(all="ignore"):
+            sound = np.isfinite(structure.controller().stacked()).all()
+        if not sound:
+            shown = ", ".join(f"{name} = {value:g}" for name, value in structure.values().items())
+            raise InputError(
+                f"values must give a controller of finite numbers; {shown[:300]} do not: none may divide by 0."
+            )
+        return structure
 
     # --- what only a vehicle has
 

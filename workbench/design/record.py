@@ -156,6 +156,15 @@ class Design(Result):
         ]
 
 
+def checked_values(values: Gains | Mapping[str, float] | None) -> Mapping[str, float]:
+    """Values by name, none where none are given; refused where they are something else."""
+    if values is None or isinstance(values, Gains):
+        return {} if values is None else values.as_dict()
+    if not isinstance(values, Mapping):
+        raise InputError(f"values must map names of parameters to numbers; got a {type(values).__name__}. Give a dict.")
+    return values
+
+
 def given(
     problem: Problem, values: Gains | Mapping[str, float], *, analysis: Analysis | None = None,
     starts: Sequence[Start] = (), binding: Sequence[str] = (), seed: int = 0, solver: str = "given",
@@ -166,7 +175,7 @@ def given(
     analysis : of these gains, if it is at hand already;  solver : who found them, in a word
     """
     if not problem.flies:
-        whole = problem.structure.with_values(dict(values)).values()
+        whole = problem.structure_at(checked_values(values)).values()
         judged = loop_verdicts(problem, whole)
     else:
         gains = values if isinstance(values, Gains) else Gains.from_mapping(values)

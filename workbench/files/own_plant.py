@@ -7,18 +7,21 @@ design.Problem --problem_toml--> text of a data.toml that gives the same problem
 import hashlib
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any
 
 from pydantic import Field, field_validator
 
 from workbench.control.structure.structure import Structure
+from workbench.design.models import several
 from workbench.design.problem import Problem
-from workbench.errors import InputError
+from workbench.errors import InputError, unknown_name
 from workbench.files.digest import check_digest
 from workbench.files.effort import EffortTable, effort_of
 from workbench.files.goal import goal_of
 from workbench.files.matrix import beside
+from workbench.files.number import FACTOR, numbers, with_numbers
 from workbench.files.plant import PlantBlock
 from workbench.files.structure import StructureTable
 from workbench.files.table import MOST, Above, Table, Text, read_table
@@ -58,13 +61,35 @@ class OwnFile(Table):
         return (given,) if isinstance(given, Mapping) else given
 
 
+@dataclass(frozen=True, slots=True)
+class FileModels:
+    """The models of a data file, which vary with the numbers that it says of them.
+
+    systems : the models;  document : the data;  folder : where they lie, with the files that they read
+    """
+
+    systems: tuple[Model, ...]
+    document: Mapping[str, Any] = field(repr=False)
+    folder: Path = field(repr=False)
+
+    def at(self, values: Mapping[str, float]) -> "FileModels":
+        """The models with other numbers, by dotted path: "model.0.A.0.0", "factor.model.0.A.0.0" for a multiple."""
+        known = [path for path in numbers(self.document) if path.partition(".")[0] == "model"]
+        for name in values:
+            if name.removeprefix(FACTOR) not in known:
+                raise unknown_name("number of the models", name, known)
+        data = own_problem_data(self.folder, with_numbers(self.document, values))
+        return data.models()
+
+
 class OwnData:
     """What problem.py gets: the checked file, and `build()` that turns it into a Problem."""
 
-    def __init__(self, file: OwnFile, folder: Path) -> None:
+    def __init__(self, file: OwnFile, folder: Path, document: Mapping[str, Any]) -> None:
         self.file, self.folder, self.place = file, folder, str(folder / "data.toml")
+        self._document = document
 
-    def models(self) -> tuple[Model, ...]:
+    def models(self) -> FileModels:
         """Every model."""
         made = []
         for number, table in enumerate(self.file.model):
@@ -72,7 +97,7 @@ class OwnData:
                 made.append(table.model(self.folder))
             except InputError as error:
                 raise InputError(f"{self.place}: model.{number}: {error}") from error
-        return tuple(made)
+        return FileModels(several(made), self._document, self.folder)
 
     def goals(self) -> tuple[Goal, ...]:
         """Every goal."""
@@ -133,7 +158,7 @@ class OwnData:
 def own_problem_data(folder: Path, document: Mapping[str, Any]) -> OwnData:
     """The checked data of a folder; raises InputError that names the first key at fault."""
     try:
-        return OwnData(read_table(OwnFile, document, str(folder / "data.toml")), folder)
+        return OwnData(read_table(OwnFile, document, str(folder / "data.toml")), folder, document)
     except RecursionError as error:
         raise InputError(f"{folder / 'data.toml'} must not be nested deeply; keep to the keys of the guide.") from error
 

@@ -36,7 +36,7 @@ def spectrum(A: np.ndarray, late: np.ndarray) -> np.ndarray:
 @lru_cache(maxsize=16)  # several goals ask for the spectrum of one loop
 def _spectrum(A: bytes, late: bytes) -> np.ndarray:
     times = np.frombuffer(late)
-    poles, cycles = parts(np.frombuffer(A).reshape(len(times), -1), times)
+    poles, cycles = parts(np.frombuffer(A).reshape(len(times), len(times)), times)
     return np.concatenate([poles, *(located(cycle, rows=FEW_ROWS) for cycle in cycles)])
 
 

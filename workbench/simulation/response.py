@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.control.structure.block import Controller
+from workbench.control.structure.channel import Channel
 from workbench.control.structure.loop import Loop
 from workbench.errors import InputError, unknown_name
 from workbench.lti.exponential import advanced
@@ -127,10 +128,11 @@ def loop_response(
     for name, each in steps.items():
         if not 1 <= len(each) <= MOST_STEPS:
             raise InputError(f"{name!r} must have 1 to {MOST_STEPS} steps; got {len(each)}.")
+    channels = {name: loop.channel((name,), tuple(outputs)) for name in steps}
     time = _instants(loop, K, duration, max(s.start for each in steps.values() for s in each), instants)
     values = np.zeros((len(time), len(outputs)))
     for name, each in steps.items():
-        unit = _UnitStep.of(loop, K, name, tuple(outputs))
+        unit = _UnitStep.of(loop, K, channels[name])
         for step in each:
             heed("the responses of a loop")
             values += step.size * unit.at(time, step.start)
@@ -173,9 +175,8 @@ class _UnitStep:
     pieces: Pieces | None = None
 
     @classmethod
-    def of(cls, loop: Loop, K: Controller, input: str, outputs: tuple[str, ...]) -> "_UnitStep":
+    def of(cls, loop: Loop, K: Controller, channel: Channel) -> "_UnitStep":
         """With dead times the whole march is made at once."""
-        channel = loop.channel((input,), outputs)
         if loop.sample_time is not None or not loop.model.delayed:
             return cls(loop, channel.system(K))
         if loop.unstable_poles(K):

@@ -6,8 +6,10 @@ jobs ----run------> (number, end), in the order in which they end
 
 import math
 from collections.abc import Callable, Iterator, Sequence
+from numbers import Integral
 from typing import TypeVar
 
+from workbench.errors import InputError
 from workbench.machine.budget import Deadline, current, keeping
 
 Shared = TypeVar("Shared")
@@ -28,6 +30,7 @@ def ends(
     until : by when the next end must have come, asked anew for each; BudgetEnded is raised after that, naming `work`
     here : the run itself, where nothing has to be prepared for it in this process
     """
+    check_workers(workers)
     if workers > 1 and len(jobs) > 1:
         yield from _side_by_side(jobs, prepare, shared, min(workers, len(jobs)), until, work)
         return
@@ -36,6 +39,12 @@ def ends(
         with keeping(until()):
             end = run(job)
         yield number, end
+
+
+def check_workers(workers: int) -> None:
+    """Refuses a number of processes that is none."""
+    if isinstance(workers, bool) or not isinstance(workers, Integral) or workers < 1:
+        raise InputError(f"workers must be a whole number of processes from 1 on; got {workers!r}. Give 1.")
 
 
 def _side_by_side(jobs, prepare, shared, workers: int, until, work: str) -> Iterator[tuple[int, End]]:

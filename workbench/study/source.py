@@ -19,6 +19,7 @@ from workbench.control.schedule import Schedule
 from workbench.design.problem import Problem
 from workbench.errors import InputError
 from workbench.files.kind import is_own
+from workbench.files.number import FACTOR, numbers, with_numbers
 from workbench.files.own_plant import OwnData, own_problem_data
 from workbench.files.problem import (
     ProblemData,
@@ -32,8 +33,6 @@ from workbench.files.problem import (
 from workbench.files.problem_code import maker
 from workbench.machine.reading import read_text
 from workbench.study.folder import check_trusted, own_files
-
-FACTOR = "factor."  # before the path of a number: its value is multiplied
 
 
 @dataclass(frozen=True)
@@ -102,18 +101,7 @@ class Source:
 
     def numbers(self) -> dict[str, float]:
         """Dotted path to value of every number in the data."""
-        out: dict[str, float] = {}
-
-        def walk(value: Any, path: str) -> None:
-            if isinstance(value, dict | list):
-                pairs = value.items() if isinstance(value, dict) else enumerate(value)
-                for key, item in pairs:
-                    walk(item, f"{path}.{key}" if path else str(key))
-            elif isinstance(value, int | float) and not isinstance(value, bool):
-                out[path] = value
-
-        walk(self._mapping, "")
-        return out
+        return numbers(self._mapping)
 
     def check(self, path: str, own: Sequence[str] = ()) -> None:
         """Refuses a path that is no number of the data, with the nearest one that is.
@@ -141,17 +129,9 @@ class Source:
         return self._made[key]
 
     def _problem(self, changes: Mapping[str, float], speed: float | None) -> Problem:
-        mapping = tomllib.loads(self.data)
-        for name, value in changes.items():
-            path = name.removeprefix(FACTOR)
-            self.check(path)
-            *way, last = path.split(".")
-            at: Any = mapping
-            for step in way:
-                at = at[int(step)] if isinstance(at, list) else at[step]
-            place = int(last) if isinstance(at, list) else last
-            value = value * at[place] if path != name else value
-            at[place] = int(value) if isinstance(at[place], int) and float(value).is_integer() else float(value)
+        for name in changes:
+            self.check(name.removeprefix(FACTOR))
+        mapping = with_numbers(self._mapping, changes)
         if is_own(mapping):
             return self._build(mapping)
         approved = None if self.approved is None else Gains.from_mapping(self.approved)

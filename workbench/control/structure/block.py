@@ -119,14 +119,13 @@ class Parameter:
         if not isinstance(self.name, str) or not self.name:
             raise InputError(f"a parameter's name must be a word; got {self.name!r}. Give it one.")
         for kind in ("value", "low", "high"):
+            given = getattr(self, kind)
             try:
-                number = float(getattr(self, kind))
+                number = math.nan if isinstance(given, bool | str) else float(given)
             except (TypeError, ValueError):
                 number = math.nan
             if math.isnan(number) or (kind == "value" and math.isinf(number)):
-                raise InputError(
-                    f"{kind} of parameter {self.name!r} must be a number; got {str(getattr(self, kind))[:40]!r}."
-                )
+                raise InputError(f"{kind} of parameter {self.name!r} must be a number; got {str(given)[:40]!r}.")
             object.__setattr__(self, kind, number)
         if not self.low <= self.high:
             raise InputError(f"bounds of {self.name!r} must rise; got [{self.low:g}, {self.high:g}]. Exchange them.")

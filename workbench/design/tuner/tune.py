@@ -17,6 +17,7 @@ import numpy as np
 from workbench.control.structure.block import Controller
 from workbench.control.structure.loop import Loop
 from workbench.control.structure.structure import Structure
+from workbench.design.effort import check_starts
 from workbench.design.tuner.constrained import Descent, descend
 from workbench.design.tuner.pieces import USUAL, GoalPieces, Labelled
 from workbench.design.tuner.result import StartReport, TunedGoal, Tuning
@@ -27,7 +28,7 @@ from workbench.lti.model import Model
 from workbench.machine.budget import checked_budget
 from workbench.machine.threads import one_thread
 from workbench.solve.exchange import Found, exchange
-from workbench.solve.multistart import ends
+from workbench.solve.multistart import check_workers, ends
 
 ROUNDS = 3  # of repeating the best start with a smaller target where exact and steering values differ
 FAR = 2.0  # exact hard value beyond which steering and exact measure do not speak of the same thing: no repetition
@@ -100,8 +101,7 @@ def tune(
     names = [model.name for model in given]
     if len(set(names)) != len(names):
         raise InputError(f"models must have distinct names; got {names}. Rename the doubled one.")
-    if starts < 1 or workers < 1:
-        raise InputError(f"starts and workers must be at least 1; got {starts!r} and {workers!r}.")
+    check_starts(starts)
     checked_budget(budget_seconds)
     if min_decay is not None and not (math.isfinite(min_decay) and min_decay >= 0):
         raise InputError(f"min_decay must be zero or more [1/s]; got {min_decay!r}. Leave it out for the usual.")
@@ -161,6 +161,7 @@ def _starter(shared) -> Callable[[int], _End]:
 
 def _ends(models, programme: GoalPieces, centre, starts, seed, budget, workers, on_progress) -> list[_End]:
     """How the starts ended, in their order; fewer where the time or whoever listens ends the search."""
+    check_workers(workers)
     begun, ended, found = perf_counter(), False, []
     share = budget * min(workers, starts) / starts
     shared = (models, programme.structure, programme.goals, programme.min_decay, centre, seed, share)
