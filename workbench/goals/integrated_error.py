@@ -6,7 +6,8 @@ With a load step at the plant's outputs and the error there this is (P(0) K_I)�
 of the sensitivities leave. Dead times and samples are exact in both ways of measuring: the slopes of their symbols at
 s = 0 are the dead times themselves, and the sample time.
 
-Source: Åström & Hägglund, Advanced PID Control (2006), section 4.3; Boyd, Hast & Åström (2016).
+Source: guide, Definitions: Integrated error; Åström & Hägglund, Advanced PID Control (2006), section 4.3; Boyd, Hast &
+Åström (2016).
 """
 
 from dataclasses import dataclass
@@ -34,7 +35,7 @@ class IntegratedError(ChannelGoal):
     limit : [s] times units of the outputs per unit of the inputs
     """
 
-    kind = "integrated_error"
+    kind, proof = "integrated_error", "integrated error"
     unit = "s"
     keys = (Key("limit_s", "limit"),)
     sizes, all_frequencies = (("limit", "s"),), True

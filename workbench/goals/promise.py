@@ -69,7 +69,8 @@ class Promise:
         "stability", "decay rate" [1/s], "damping ratio" [1], "pole frequency" [rad/s], "peak gain" (largest singular
         value of a channel over all frequencies), "peak sensitivity" (the same of S at the points), "disk margin" (at
         all points together), "delay margin" (of each point) [s], "variance" (rms of the outputs under white noise of
-        unit density at the inputs, 1/√s), or any other word.
+        unit density at the inputs, 1/√s), "integrated error" (of outputs after unit steps at inputs) [s], or any other
+        word.
     sense : "<=" or ">="
     limit : float
         In the quantity's own unit; of "stability" 0, the decay that every pole exceeds.
