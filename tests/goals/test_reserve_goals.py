@@ -12,7 +12,7 @@ from workbench.errors import InputError
 from workbench.files.goal import goal_of
 from workbench.files.problem import load_problem
 from workbench.goals.registry import GOALS, data_of
-from workbench.goals.ride.break_point import DelayMargin, DiskMargin, GainMargin, PhaseMargin
+from workbench.goals.ride.break_point import DelayBorne, DiskMargin, GainMargin, PhaseMargin
 from workbench.goals.ride.flown import Flown
 from workbench.goals.ride.other_loop import (
     FrozenDamping,
@@ -29,7 +29,7 @@ EXAMPLES = [
     DiskMargin(0.1, points=("kinds", "modal")), DiskMargin(0.3, points=("current:2", "sensor:acceleration_y_4")),
     GainMargin(1.05, points=("kind:acceleration_y", "modal:sway", "pattern:yaw", "currents:uniform")),
     PhaseMargin(0.2, points=("patterns",)),
-    DelayMargin(2e-3, points=("kind:vertical", "current:1", "currents:uniform")),
+    DelayBorne(2e-3, points=("kind:vertical", "current:1", "currents:uniform")),
     VariedDamping(0.1, variations=("scale:*", "mass:0.85")), VariedDamping(0.2, variations=("lost:3",)),
     DiskMargin(0.1, points=("all:gap", "all:currents", "all:modal")),
     VariedDamping(0.2, variations=("cg_height:0.1", "scale:gap_2:0.8", "weak:4:0.7", "stuck:gap_lateral_3")),

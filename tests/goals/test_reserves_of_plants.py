@@ -19,7 +19,7 @@ from workbench.files.goal import goal_of
 from workbench.goals.goal import Closed
 from workbench.goals.poles import Poles
 from workbench.goals.registry import data_of
-from workbench.goals.ride.break_point import DelayMargin, DiskMargin, GainMargin, PhaseMargin
+from workbench.goals.ride.break_point import DelayBorne, DiskMargin, GainMargin, PhaseMargin
 from workbench.goals.ride.other_loop import (
     SampledDamping,
     SampledDecay,
@@ -32,7 +32,7 @@ from workbench.lti.make import tf
 
 EXAMPLES = [
     DiskMargin(0.6), GainMargin(1.5, points=("commands",)), PhaseMargin(0.6, points=("sensor:angle",)),
-    DelayMargin(0.01, points=("sensors",)),
+    DelayBorne(0.01, points=("sensors",)),
     VariedDamping(0.3), VariedDecay(0.2, variations=("scale:angle:0.8", "weak:torque:0.7")),
     VariedPeak(1.6, variations=("scale:*", "weak:*")),
     SampledDamping(0.3, sample_time=0.05), SampledDecay(0.2, sample_time=0.05, delay_samples=0.5),
@@ -120,8 +120,8 @@ def test_the_sampled_loop_of_a_plant_is_that_of_matrices_by_hand(loop):
 def test_reserves_of_a_late_plant_count_its_dead_time():
     loop = loop_of(dead_time=0.1)
     K = loop.structure.controller()
-    (verdict,) = DelayMargin(0.01).judge(Closed((loop,), K))
-    assert verdict.value == pytest.approx(DelayMargin(0.01).judge(Closed((loop_of(),), K))[0].value - 0.1, rel=1e-6)
+    (verdict,) = DelayBorne(0.01).judge(Closed((loop,), K))
+    assert verdict.value == pytest.approx(DelayBorne(0.01).judge(Closed((loop_of(),), K))[0].value - 0.1, rel=1e-6)
     # of infinitely many roots the damping falls to zero: a band is asked for, and given
     assert "focus" in VariedDamping(0.05).judge(Closed((loop,), K))[0].where
     (verdict,) = VariedDamping(0.05, focus=(0.0, 5.0)).judge(Closed((loop,), K))

@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from workbench.goals.kinds import *  # noqa: F403
+    from workbench.goals.ride import *  # noqa: F403
 
 
 def __getattr__(name: str):
@@ -12,4 +13,8 @@ def __getattr__(name: str):
         raise AttributeError(name)
     from workbench.goals import kinds
 
-    return getattr(kinds, name)
+    if hasattr(kinds, name):
+        return getattr(kinds, name)
+    from workbench.goals import ride  # reserves, which any plant may be asked for, and a vehicle's ride
+
+    return getattr(ride, name)

@@ -174,7 +174,7 @@ class GainMargin(AtPoints):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class DelayMargin(AtPoints):
+class DelayBorne(AtPoints):
     """At every point the loop bears this dead time."""
 
     kind, unit, proof = "dead time borne", "s", "delay margin"
