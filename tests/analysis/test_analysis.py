@@ -178,6 +178,7 @@ def test_types_of_zero_correlation_are_uncorrelated_types(report):
     assert b.cost == pytest.approx(a.cost, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_correlated_types_have_the_area_under_the_correlated_spectrum(report):
     problem, a = report
     R = np.eye(4)

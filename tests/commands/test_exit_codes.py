@@ -192,6 +192,7 @@ def test_work_that_hangs_in_a_library_is_ended_with_its_budget():
     )
 
 
+@pytest.mark.slow
 def test_a_command_within_its_budget_says_what_it_says_without(command):
     code, out, err = ended(process("analyse", "heave", "--budget-seconds", "60", "--json"))
     assert (code, err) == (0, "")

@@ -89,6 +89,7 @@ def test_a_vehicle_without_current_lag_is_refused_because_the_optimum_has_infini
         design(heave.with_vehicle(heave.vehicle.with_extras(current_lag=0.0)))
 
 
+@pytest.mark.slow
 def test_ipopt_and_slsqp_reach_the_same_heave_cost_from_the_same_start(heave):
     programme = Programme(heave)
     x = stable_start(programme, programme.x(Gains(**CENTRE)), np.random.default_rng(0), 0.3)
@@ -98,6 +99,7 @@ def test_ipopt_and_slsqp_reach_the_same_heave_cost_from_the_same_start(heave):
     assert cost(ends["ipopt"]) > cost(ends["slsqp"]) * 0.999 or not ends["ipopt"].feasible
 
 
+@pytest.mark.slow
 def test_a_looser_limit_never_costs_more(heave, heave_design):
     curve = trade_off(heave, "peak sensitivity", [1.8, 2.0, 3.0], start=heave_design.gains)
     assert curve.limits == (3.0, 2.0, 1.8)

@@ -191,6 +191,7 @@ def test_an_unstable_model_has_poles_but_no_peak(revenue):
     assert peak == delay == np.inf
 
 
+@pytest.mark.slow
 def test_a_search_finds_no_less_than_random_models_do(revenue):
     search = Search(revenue, Variation(box=STANDARD_BOX))
     worst = search.worst(revenue.approved)
@@ -269,6 +270,7 @@ def test_a_box_that_no_gains_bear_is_refused_with_the_model_that_misses(heave):
         robust_design(heave, fast, start=heave.approved)
 
 
+@pytest.mark.slow
 def test_a_refusal_says_what_its_best_gains_reach(heave):
     asked = requirement("peak sensitivity", 1.5), requirement("decay rate", 40.0)
     with pytest.raises(InfeasibleError, match=r"These gains reach everywhere: peak sensitivity 1(\.\d+)?, decay"):

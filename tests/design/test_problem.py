@@ -140,6 +140,7 @@ def test_a_problem_travels_to_another_process():
     assert again.bounds == plain.bounds
 
 
+@pytest.mark.slow
 def test_a_box_of_models_is_borne(servo):
     borne = wb.robust(servo, {"gain": (1.5, 3.0)}, starts=1, seconds=10)
     assert borne.design.verdicts[0].met

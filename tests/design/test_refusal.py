@@ -94,6 +94,7 @@ def test_a_requirement_without_a_value_is_named_before_those_that_have_one(heave
     assert "'delay margin' must be >= 1 s; best found no value (no response). This binds" in sentence
 
 
+@pytest.mark.slow
 def test_a_robust_design_without_limits_on_margins_is_stable_at_every_corner(heave):
     box = Box({"mass": (0.7, 1.3), "current_force": (0.6, 1.4), "gap_force": (0.7, 1.3)})
     loose = heave.with_requirements([requirement("rms gap, front", 0.02)])
@@ -112,6 +113,7 @@ def test_a_robust_design_keeps_a_start_that_bears_everything(heave, cost):
     assert again.design.analysis.cost <= first.design.analysis.cost * (1 + 1e-6)
 
 
+@pytest.mark.slow
 def test_a_box_that_nothing_bears_is_refused_by_a_requirement_and_its_model(heave):
     box = Variation(box=Box({"current_force": (0.001, 50.0)}))
     with pytest.raises(InfeasibleError, match=r"keep their limits at every model: '[a-z ]+' must be .* best found"):

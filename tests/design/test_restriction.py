@@ -57,6 +57,7 @@ def test_the_smooth_method_reaches_the_published_objective_within_the_limits_at_
     assert set(found.binding) == {goal.name for goal in found.problem.goals if goal.hard}
 
 
+@pytest.mark.slow
 def test_the_optimum_does_not_depend_on_the_unit_of_time(reached):
     seconds = Affine(column(60.0))
     found = local(seconds, seconds.start(), BACK_OFF, NEVER)
@@ -112,6 +113,7 @@ def test_limited_gains_are_those_of_the_loop_itself(affine, reached):
         np.testing.assert_allclose(np.linalg.svd(T, compute_uv=False)[:, 0], size, rtol=1e-8)
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:Solution may be inaccurate")  # compared below
 def test_one_step_is_the_one_that_cvxpy_finds(affine, reached):
     tangent, size = 0.5 * reached.x, affine.sizes(0.5 * reached.x)

@@ -22,6 +22,7 @@ def curve(heave):
     return trade_off(heave, BIAS, [0.002, 0.020, 0.010], start=heave.approved, starts=4)
 
 
+@pytest.mark.slow
 def test_no_limit_costs_more_than_designs_from_random_starts_of_its_own(heave, curve):
     for limit, cost in zip(curve.limits, curve.costs, strict=True):
         alone = design(with_limit(heave, BIAS, limit), starts=4).analysis.cost

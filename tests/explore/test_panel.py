@@ -53,6 +53,7 @@ def test_undo_and_approved_gains_put_the_sliders_back(panel, problem):
     assert panel.session.gains == problem.gains
 
 
+@pytest.mark.slow
 def test_a_pinned_design_is_listed_compared_and_drawn_behind(panel):
     panel.name.value = "mine"
     press(panel, "pin this design")
@@ -82,6 +83,7 @@ def test_the_table_button_writes_the_file_named(panel, tmp_path):
     assert "wrote" in panel.verdict.value
 
 
+@pytest.mark.slow
 def test_a_panel_opened_again_on_its_state_file_goes_on_where_it_was(problem, tmp_path):
     first = explore(problem, state=tmp_path / "state.json")
     first.sliders["K_h"].value *= 1.2

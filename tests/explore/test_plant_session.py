@@ -57,6 +57,7 @@ def test_values_out_of_bounds_and_unknown_ones_are_refused():
         session.unpin("none")
 
 
+@pytest.mark.slow
 def test_pins_stand_beside_the_present_design_and_survive_a_file(tmp_path):
     session = PlantSession(tank())
     session.pin("first")

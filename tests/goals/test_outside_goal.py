@@ -98,6 +98,7 @@ def verdict_value(problem, resistive):
     return verdicts(asked, analyse(problem.setting, problem.approved))[0].value
 
 
+@pytest.mark.slow
 def test_what_cannot_be_met_is_refused_by_its_name(resistive, heave):
     with pytest.raises(InfeasibleError, match=rf"'{KIND}' must be <= 0.01 W; best found .* W \(all control coils\)"):
         design(heave.with_requirements([*heave.requirements, resistive(0.01)]), starts=1)

@@ -135,6 +135,7 @@ def test_a_peak_on_a_narrow_band_and_a_sampled_profile_are_bracketed_too():
     assert expected * (1 - 1e-9) <= value.upper <= value.value * (1 + 2e-6)
 
 
+@pytest.mark.slow
 def test_loop_gains_and_margins_with_dead_time_are_bracketed():
     loop = late_loop(LAG, 2.0, 0.6)
     K, grid = loop.structure.controller(), np.linspace(1e-3, 40, 400_001)

@@ -31,12 +31,14 @@ def test_floors_of_the_page_are_those_of_the_contract(house):
     assert numbers == list(range(len(numbers) - 1, -1, -1))
 
 
+@pytest.mark.slow
 def test_no_import_climbs(house):
     floor = {name: i for i, floor in enumerate(house.floors()) for name in floor}
     for (above, below), _ in house.arrows().items():
         assert floor[above] < floor[below], f"{above} imports {below}"
 
 
+@pytest.mark.slow
 def test_the_picture_shows_every_package(house):
     drawn = house.PICTURE.read_text("utf-8")
     shown = set(re.findall(r'font-weight="bold">(\w+)<', drawn))

@@ -43,6 +43,7 @@ def test_examples_of_a_page_print_what_stands_there(page, tmp_path, monkeypatch)
     assert not said, "".join(said)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("page", sorted({fence.page for fence in fences("python run")}))
 def test_what_a_page_says_how_to_add_can_be_added_so(page, tmp_path):
     # in a process of its own: what it registers is not the house's; a file, so that pickled classes have a place

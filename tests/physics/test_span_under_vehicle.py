@@ -93,6 +93,7 @@ def test_the_coupled_loop_has_the_roots_of_a_sprung_mass_on_finite_elements():
             assert np.abs(roots - root).min() < tolerance * abs(root)
 
 
+@pytest.mark.slow
 def test_a_load_that_creeps_bends_the_span_statically_and_a_quick_one_more():
     # at v → 0 the deflection under the load follows a²b²/(3EIL); at v/v_critical = 0.5 the middle bends up to 1.7 of it
     def middle(speed):

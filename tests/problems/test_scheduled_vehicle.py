@@ -146,6 +146,7 @@ def test_a_polynomial_is_fitted_to_itself_exactly():
     assert family.at(50.0)["p"] == pytest.approx(2.0 + 25.0 - 25.0, rel=1e-7)
 
 
+@pytest.mark.slow
 def test_a_plan_that_cannot_be_kept_names_the_worst_speed(problem, plants):
     asked = (requirement("peak sensitivity", 1.02),)
     plan = Plan(range=(100.0, 134.0), requirements=asked, points=2, degree=1, dense=9)
@@ -180,6 +181,7 @@ def test_a_problem_without_a_plan_is_refused():
         schedule_design(load_problem("heave"))
 
 
+@pytest.mark.slow
 def test_analyse_takes_the_scheduled_gains_of_the_speed(capsys, schedule):
     assert cli.run(["analyse", "scheduled_vehicle", "--speed", "60", "--json"]) == 0
     document = json.loads(capsys.readouterr().out)

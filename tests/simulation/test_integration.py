@@ -59,8 +59,9 @@ def linear(rig: Rig, load, instants: int) -> dict[str, np.ndarray]:
 @pytest.mark.parametrize(
     ("name", "finer"),
     [
-        *((name, 1) for name in FLOWN),
-        *(pytest.param(name, 8, marks=[pytest.mark.slow] if name in EXACT else []) for name in FLOWN),
+        pytest.param(name, finer, marks=[pytest.mark.slow] if name in EXACT else [])
+        for finer in (1, 8)
+        for name in FLOWN
     ],
 )
 def test_a_load_step_is_the_exponential_of_the_linear_loop_on_every_shipped_problem(name, finer):

@@ -98,6 +98,7 @@ def test_machine_code_and_the_interpreter_give_the_same_numbers(monkeypatch):
     assert compiled.gap == pytest.approx(interpreted.gap, abs=1e-12)  # another order of additions
 
 
+@pytest.mark.slow
 def test_fast_sampling_approaches_the_continuous_law():
     course = ShapedGuideway(A1=BUMP)
     smooth = simulate(rig(step=0.001), 1.0, course=course)

@@ -99,6 +99,7 @@ def test_a_margin_that_nothing_limits_is_no_missing_one(study_of):
         assert result.columns["margins.current.0.delay"] == [np.inf]
 
 
+@pytest.mark.slow
 def test_a_study_over_speed_flies_the_schedule(study_of):
     speeds = '[[parameter]]\nname = "speed"\nvalues = [40.0, 134.0]\n'
     result, folder = study_of("scheduled_vehicle", 'sampling = "list"', speeds)
@@ -111,6 +112,7 @@ def test_a_study_over_speed_flies_the_schedule(study_of):
     assert result.columns["damping"][0] > 0.4 > cruise.damping  # what cruise gains would have said
 
 
+@pytest.mark.slow
 def test_a_speed_that_the_schedule_does_not_reach_is_a_row_without_figures(study_of):
     result, _ = study_of(
         "scheduled_vehicle", 'sampling = "list"', '[[parameter]]\nname = "speed"\nvalues = [20.0, 99.0]\n'
@@ -130,6 +132,7 @@ def row_gains(result, row):
     return Gains(**{name: result.columns[f"gains.{name}"][row] for name in GAIN_NAMES})
 
 
+@pytest.mark.slow
 def test_a_design_of_a_study_bears_the_variation_about_the_mass_of_its_row(study_of):
     masses = '[[parameter]]\nname = "mass"\nvalues = [1.1]\n'
     corner = {"mass": 1.1 * 0.8, "current_force": 1.2}

@@ -26,6 +26,7 @@ def front(tmp_path_factory):
     return run_study(read_study(folder / "study.toml"), folder / "out")
 
 
+@pytest.mark.slow
 def test_looser_limits_cost_no_more_and_leave_the_valley_of_the_approved_gains(front):
     assert front.columns["limit"] == pytest.approx([0.020, 0.010, 0.002, 0.001, 0.005])
     costs = front.numbers("cost")
@@ -34,6 +35,7 @@ def test_looser_limits_cost_no_more_and_leave_the_valley_of_the_approved_gains(f
     assert costs[0] < 0.1  # 0.177 in the valley of the approved gains
 
 
+@pytest.mark.slow
 def test_what_is_swept_is_an_objective(front):
     names, values = objectives(front.columns)
     assert {"static gap error from bias", "minus delay margin"} <= set(names)
@@ -42,12 +44,14 @@ def test_what_is_swept_is_an_objective(front):
     np.testing.assert_array_equal(values[:, delay], -front.numbers("delay_margin"))
 
 
+@pytest.mark.slow
 def test_the_design_with_the_least_of_what_was_swept_is_on_the_front(front):
     best = int(np.argmin(front.numbers("static_error.gap")))
     assert front.columns["limit"][best] == pytest.approx(0.002)
     assert front.columns["nondominated"][best]
 
 
+@pytest.mark.slow
 def test_a_design_is_held_against_the_limit_that_was_swept(front):
     # 20 mm of error and 1 ms of margin miss the problem's own limits, which these rows were not designed for
     assert front.numbers("static_error.gap")[0] > 0.010

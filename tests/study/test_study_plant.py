@@ -85,6 +85,7 @@ def test_given_values_stand_in_the_middle_of_the_study(tmp_path):
     assert np.isfinite(found.columns["damping"]).all()
 
 
+@pytest.mark.slow
 def test_a_study_of_designs_records_values_and_verdicts(tmp_path):
     text = HEAD.replace("[study]\n", '[study]\ntask = "design"\nstarts = 1\n')
     text += '[[parameter]]\nname = "factor.model.0.A.0.0"\nvalues = [1.1]\n'

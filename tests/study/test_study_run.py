@@ -261,6 +261,7 @@ def test_a_row_that_is_refused_says_why_and_the_others_stay(study_file, tmp_path
     assert result.failing.by["no figures (refused or infeasible)"] == 1
 
 
+@pytest.mark.slow
 def test_designs_record_their_gains_and_infeasible_ones_their_reason(study_file, tmp_path):
     tables = '[[parameter]]\nname = "requirements.peak_sensitivity_at_most"\nvalues = [2.0, 1.000001]\n'
     file = study_file(0, 'task = "design"\nstarts = 1\n', tables)
@@ -302,6 +303,7 @@ def test_a_csv_table_reads_back_to_the_same_numbers(study_file, tmp_path):
     assert any(line.startswith("# data_sha256: ") for line in first)
 
 
+@pytest.mark.slow
 def test_a_pareto_study_goes_on_from_its_last_design(study_file, tmp_path):
     tables = '\n[[pareto]]\nrequirement = "rms_gap_front_at_most_mm"\nlimits = [16.0, 18.0, 14.0]\n'
     file = study_file(0, 'task = "pareto"\nstarts = 1\n', tables)

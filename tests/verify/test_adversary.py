@@ -65,6 +65,7 @@ def test_a_second_evaluation_finds_every_promise_true(file, request):
         assert loop.value(p["name"]) == pytest.approx(p["enclosure"][0], rel=1e-9)
 
 
+@pytest.mark.slow
 def test_none_of_a_sample_of_false_tables_passes(small, large):
     for text, count in ((small, FAST), (large, FAST_LARGE)):
         wrong, _ = passed_and_false(text, drawn(mutations_of(json.loads(text)), count, seed=12))

@@ -204,6 +204,7 @@ def scheduled(change):
     return faults(signed(document))
 
 
+@pytest.mark.slow
 def test_scheduled_gains_and_forces_are_those_of_the_table_at_its_own_speed():
     assert scheduled(lambda d: None) == ()
     other = scheduled(lambda d: d["schedule"]["coefficients"]["K_roll"].__setitem__(0, "1.81"))
@@ -230,6 +231,7 @@ def erring(share, shift=0.0):
     return loop
 
 
+@pytest.mark.slow
 def test_a_stated_error_of_the_forces_counts_against_what_is_promised_over_the_speeds():
     assert erring(0.0).error is None
     assert erring(0.2).error.keeps_region(fmpq(1, 10), fmpq(0))

@@ -19,11 +19,12 @@ from workbench.verify.exact.failure import TableError
 
 FAST = 3  # mutations of each table in the fast suite
 MANY = 100  # and in the slow one
+LARGE = ("blocks", "column")  # seconds to prove, so in the slow suite
 FREE = ("problem", "title", "data_sha256", "created", "versions", "seed", "solver", "starts", "measured")
 SUBJECT = ("inputs", "outputs", "openings", "points", "models")
 
 
-@pytest.fixture(scope="module", params=CASES)
+@pytest.fixture(scope="module", params=[pytest.param(c, marks=pytest.mark.slow if c in LARGE else ()) for c in CASES])
 def case(request):
     return request.param
 
@@ -170,12 +171,13 @@ def test_a_requirement_that_contradicts_itself_is_a_fault():
             assert passes(signed(document, put(("requirements", k, "met"), False))) is None
 
 
-def test_a_key_too_many_or_too_few_is_refused():
+@pytest.mark.parametrize("every_kth", [35, pytest.param(7, marks=pytest.mark.slow)])
+def test_a_key_too_many_or_too_few_is_refused(every_kth):
     document = plant_table(design_of("motor")).to_dict()
     every = [m for m in of_keys(document) if not m[0].startswith(("measured", "versions"))]
     may_lack = ("without outputs", "without inputs", "without points", "without openings", "without models",
                 "without band", "without model", "without method", "without upper")  # fmt: skip
-    for words, mutate in every[::7]:
+    for words, mutate in every[::every_kth]:
         changed = signed(document, mutate)
         if words.endswith(may_lack) or "versions" in words or "options" in words:
             assert passes(changed) is None or false_promises(changed) == [], words

@@ -35,6 +35,7 @@ def test_every_promise_of_a_fresh_table_is_proved_from_the_table_alone(revenue):
     assert all(f.verdict == "proved" and f.method.startswith("ball arithmetic") for f in report.findings)
 
 
+@pytest.mark.slow
 def test_every_proved_enclosure_holds_the_workbenchs_own_floating_value(revenue, heave, hybrid):
     for file in (revenue, heave, hybrid):
         a = file.design.analysis
@@ -133,6 +134,7 @@ def test_a_changed_plant_whose_vehicle_was_left_out_still_fails_its_promises(rev
     assert {"damping ratio", "peak sensitivity, sway_roll_yaw"} <= failing(report)
 
 
+@pytest.mark.slow
 def test_a_rougher_guideway_or_a_larger_bias_fails_what_rests_on_it(revenue):
     def rougher(document):
         for spectrum in document["certificate"]["guideway"]["spectra"].values():
