@@ -7,12 +7,14 @@ import numpy as np
 import pytest
 
 from workbench.control.gains import GAIN_NAMES
+from workbench.design.design import design
 from workbench.design.steering import Programme
 from workbench.errors import InputError
 from workbench.files.goal import goal_of
 from workbench.files.problem import load_problem
 from workbench.goals.registry import GOALS, data_of
 from workbench.goals.ride.break_point import DelayBorne, DiskMargin, GainMargin, PhaseMargin
+from workbench.goals.ride.corner import CornerDecay
 from workbench.goals.ride.flown import Flown
 from workbench.goals.ride.other_loop import (
     FrozenDamping,
@@ -36,8 +38,10 @@ EXAMPLES = [
     VariedDecay(0.3, variations=("force:1.1",)), VariedPeak(3.0, variations=("mass:*",)),
     SampledDamping(0.15), SampledDecay(0.3, sample_time=0.002, delay_samples=0.0), SampledPeak(4.2),
     FrozenDamping(0.1, heave=(-0.04, 0.0), sway=(0.0, 0.1)),
+    CornerDecay(0.1, box={"mass": [0.95, 1.05], "scale:vertical": [0.98, 1.02], "scale:lateral": [0.97, 1.02]}),
 ]  # fmt: skip
 DAMPED = "damping ratio under variations"
+CORNERS = "decay rate at corners"
 IDS = [g.name for g in EXAMPLES]
 
 
@@ -115,6 +119,10 @@ def test_what_steers_a_reserve_and_what_judges_it_agree(asked, problem, flown):
         ),
         ({"kind": "damping ratio under variations", "at_least": 0.1, "variations": ["dead:gapp_1"]}, "did you mean"),
         ({"kind": "dead time borne", "at_least_ms": 1.0, "points": ["all:gap"]}, "unknown break point 'all:gap'"),
+        ({"kind": CORNERS, "at_least_per_s": 0.1, "box": {"mass": [1.1, 0.9]}}, "low < high"),
+        ({"kind": CORNERS, "at_least_per_s": 0.1, "box": {"mas": [0.9, 1.1]}}, "unknown variation 'mas:0.9'"),
+        ({"kind": CORNERS, "at_least_per_s": 0.1, "box": {"scale:gapp": [0.9, 1.1]}}, "did you mean"),
+        ({"kind": CORNERS, "at_least_per_s": 0.1, "box": {}}, "box"),
         ({"kind": "gain margin", "at_least": 0.9}, "a factor above 1"),
         ({"kind": "disk margin", "at_least": -0.5}, "must be positive"),
         ({"kind": "damping ratio at gap offsets", "at_least": 0.1, "heave_m": []}, "must be finite numbers"),
@@ -126,3 +134,25 @@ def test_what_steers_a_reserve_and_what_judges_it_agree(asked, problem, flown):
 def test_a_reserve_that_means_nothing_is_refused(data, sentence, problem):
     with pytest.raises(InputError, match=sentence):
         problem.with_requirements([goal_of(data, vehicle=True)])
+
+
+WHOLE_BOX = {
+    "mass": [0.85, 1.15], "cg_forward": [-0.5, 0.5], "inertia_roll": [0.9, 1.1], "inertia_pitch": [0.9, 1.1],
+    "inertia_yaw": [0.9, 1.1], "force": [0.9, 1.1], "stiffness": [0.92, 1.08], "scale:vertical": [0.9, 1.1],
+    "scale:lateral": [0.9, 1.1],
+}  # fmt: skip
+
+
+@pytest.mark.slow
+def test_the_cheapest_ride_is_unstable_at_the_corners_that_an_independent_program_counts(flown):
+    (verdict,) = CornerDecay(0.01, box=WHOLE_BOX).judge(flown)
+    assert verdict.value < 0
+    assert "(128 of 512 corners unstable)" in verdict.where
+
+
+@pytest.mark.slow
+def test_a_design_is_stable_at_all_corners_though_few_of_them_steer(problem):
+    asked = CornerDecay(0.05, box=WHOLE_BOX)
+    found = design(problem.with_requirements([*problem.requirements, asked]), starts=1, seed=0)
+    assert found.met
+    assert found.flown.cost == pytest.approx(24.34, abs=0.5)  # 23.08 without; a local search ends within a per cent

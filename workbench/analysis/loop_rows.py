@@ -7,12 +7,13 @@ They steer; `break_points`, `variations`, `sampled_cases` and `frozen` judge. A 
 relative to it. A damping row of a root λ is (−Re λ − ζ|λ|)/√(|λ|² + ω0²): smooth, and with a slope at real roots too.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from workbench.analysis.break_parts import Part, Point
-from workbench.analysis.reserve_loops import Law, Loops, ReserveLoops
+from workbench.analysis.corners import Box
+from workbench.analysis.reserve_loops import Law, Loops, ReserveLoops, Watched
 from workbench.control.loop.affine import LawMatrices, Stacked
 from workbench.lti.mu import gradient, lower
 
@@ -20,6 +21,9 @@ Rows = tuple[np.ndarray, np.ndarray]  # values (k,), derivatives (k, 17)
 
 REFERENCE = 5.0  # ω0 [rad/s] below which a root counts by its size, not by its angle
 WORST = 3  # roots of a loop that get a row
+WATCHED = 10  # corners of a box that steer
+JOINING = 3  # of them that the worst ones may take the places of each time all are looked at
+LOOKED = 15  # evaluations from one look at all corners to the next
 CRESTS = 3  # of |S − ½| over frequency that get a row, for each point
 BAND = (0.02, 2e3)  # [rad/s]
 GRID = np.geomspace(*BAND, 180)
@@ -63,6 +67,25 @@ class ReserveAt:
         """Rows of a damping ratio and a decay rate [1/s] that every root of the loops keeps."""
         found = [damping_rows(loop, self.matrices(law), damping, decay) for law, loop in loops]
         return np.concatenate([v for v, _ in found]), np.vstack([d for _, d in found])
+
+    def corners(self, box: Box, decay: float) -> list[tuple[str, Rows]]:
+        """Rows of a decay rate [1/s] at the corners of a box that are watched; all are looked at now and then."""
+        every, watched = self.whole.corners(box), self.whole.watched.setdefault(box, Watched())
+        if watched.count % LOOKED == 0:
+            growth = np.max([self._growth([loops[g] for loops in every]) for g in range(len(every[0]))], axis=0)
+            worst = np.argsort(-growth)[:WATCHED].tolist()
+            watched.corners = watched.corners or worst
+            for new in [k for k in worst[:JOINING] if k not in watched.corners]:  # as many rows as before
+                easiest = min(range(len(watched.corners)), key=lambda i: growth[watched.corners[i]])
+                watched.corners[easiest] = new
+        watched.count += 1
+        return [(every[k][0][1].name, self.damping(every[k], 0.0, decay)) for k in watched.corners]
+
+    def _growth(self, loops: Sequence[tuple[Law, Stacked]]) -> np.ndarray:
+        """(corners,) largest real part of a root of one group's loop at every corner."""
+        K = self.matrices(loops[0][0])
+        A = np.array([loop.state_matrix(K) for _, loop in loops])
+        return np.linalg.eigvals(A).real.max(axis=1)
 
     def peak(self, loops: Loops, limit: float) -> Rows:
         """Rows of σ_max(S) at the commands of the loops, at its highest crests."""

@@ -5,14 +5,15 @@
 They steer, by `loop_rows`; `break_points`, `variations`, `sampled_cases` and `frozen` judge.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from workbench.analysis.break_parts import GroupLoops, Part, Point, delayed, points_of, with_dead_time
 from workbench.analysis.break_points import Break
 from workbench.analysis.change import Change
+from workbench.analysis.corners import Box, Plants, corners
 from workbench.analysis.frozen import groups_at
 from workbench.analysis.sampled import between_samples
 from workbench.analysis.setting import Setting
@@ -30,6 +31,14 @@ class Law:
     modal: bool = False
 
 
+@dataclass(slots=True)
+class Watched:
+    """Which corners of a box steer, the worst when all were looked at; how often they did."""
+
+    corners: list[int] = field(default_factory=list)
+    count: int = 0
+
+
 Loops = tuple[tuple[Law, Stacked], ...]
 
 
@@ -44,6 +53,8 @@ class ReserveLoops:
         self._subjects = {s.name: s for s in setting.subjects}
         self._laws: dict[Law, LawFunction] = {}
         self._loops: dict[tuple, Loops] = {}
+        self._corners: dict[Box, tuple[Loops, ...]] = {}
+        self.watched: dict[Box, Watched] = {}
 
     def law(self, which: Law) -> LawFunction:
         """The law's matrices as a function of θ."""
@@ -70,12 +81,24 @@ class ReserveLoops:
         return self._kept(("varied", change), lambda: self._varied(change))
 
     def _varied(self, change: Change) -> Loops:
-        there, scale = changed(self.setting, change), factors(self.setting, change)
-        if there is not self.setting:
-            return tuple((Law(s.name), Stacked.of(s, change.name)) for s in there.subjects)
-        if apart(change):
-            return tuple((Law(g.subject.name), _scaled(g.loop, change.name, scale)) for g in self.groups)
-        return ((Law("all"), _scaled(Stacked.of(self._subject("all"), change.name), change.name, scale)),)
+        return self._scaled(changed(self.setting, change), (change,))
+
+    def _scaled(self, there: Setting, changes: Sequence[Change]) -> Loops:
+        """The loops of a changed vehicle with its sensors and commands changed."""
+        name, scale = ", ".join(c.name for c in changes), factors(self.setting, *changes)
+        if not all(map(apart, changes)):
+            whole = subject(there.plant, there.law, "all")
+            return ((Law("all"), _scaled(Stacked.of(whole, name), name, scale)),)
+        if there is self.setting:
+            return tuple((Law(g.subject.name), _scaled(g.loop, name, scale)) for g in self.groups)
+        return tuple((Law(s.name), _scaled(Stacked.of(s, name), name, scale)) for s in there.subjects)
+
+    def corners(self, box: Box) -> tuple[Loops, ...]:
+        """The loops at every corner of a box, made once."""
+        if box not in self._corners:
+            plants = Plants(self.setting)
+            self._corners[box] = tuple(self._scaled(plants.at(c), c) for c in corners(box))
+        return self._corners[box]
 
     def sampled(self, sample_time: float, delay: float) -> Loops:
         """The loops as they are sampled [s], commands late by a dead time [s]."""
@@ -146,7 +169,7 @@ class ReserveLoops:
 
 
 def _scaled(loop: Stacked, name: str, scale: dict[str, np.ndarray]) -> Stacked:
-    """With sensors or commands times factors."""
+    """With sensors and commands times factors."""
     if "sensors" in scale:
-        return loop.with_sensors(name, scale["sensors"])
+        loop = loop.with_sensors(name, scale["sensors"])
     return loop.with_commands(name, scale["commands"]) if "commands" in scale else loop

@@ -156,22 +156,25 @@ def apart(change: Change) -> bool:
     return change.on == VEHICLE or change.target in SENSORS
 
 
-def changed(setting: Setting, change: Change) -> Setting:
+def changed(setting: Setting, *changes: Change) -> Setting:
     """The setting of another vehicle, under the law of this one."""
-    if change.on != VEHICLE or setting.elsewhere is None:
+    values = {name: value for c in changes if c.on == VEHICLE for name, value in c.values.items()}
+    if not values or setting.elsewhere is None:
         return setting
-    return replace(setting.elsewhere(change.values), law=setting.law)
+    return replace(setting.elsewhere(values), law=setting.law)
 
 
-def factors(setting: Setting, change: Change) -> dict[str, np.ndarray]:
-    """`sensors` (p,) or `commands` (m,): what multiplies each of them."""
-    law = setting.law
-    if change.on == SENSOR:
-        own = law.of_kinds(SENSORS[change.target]) if change.target in SENSORS else _is(law.sensors, change.target)
-        return {"sensors": np.where(own, change.factor, 1.0)}
-    if change.on == COMMAND:
-        return {"commands": np.where(_is(law.commands, f"command_{change.target}"), change.factor, 1.0)}
-    return {}
+def factors(setting: Setting, *changes: Change) -> dict[str, np.ndarray]:
+    """`sensors` (p,) and `commands` (m,): what multiplies each of them, where anything does."""
+    law, found = setting.law, {}
+    for c in changes:
+        if c.on == SENSOR:
+            own = law.of_kinds(SENSORS[c.target]) if c.target in SENSORS else _is(law.sensors, c.target)
+            found["sensors"] = found.get("sensors", 1.0) * np.where(own, c.factor, 1.0)
+        elif c.on == COMMAND:
+            own = _is(law.commands, f"command_{c.target}")
+            found["commands"] = found.get("commands", 1.0) * np.where(own, c.factor, 1.0)
+    return found
 
 
 def _is(names: Sequence[str], name: str) -> np.ndarray:

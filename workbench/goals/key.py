@@ -42,6 +42,8 @@ class Key:
             if self.read is not None:
                 return self.read(given)
             return self.factor * given if self.factor != 1.0 else given
+        except InputError:
+            raise
         except (TypeError, ValueError, KeyError, IndexError) as error:
             raise InputError(
                 f"{self.name} cannot be read; got {str(given)[:80]!r}. See the guide for its form."

@@ -5,6 +5,7 @@ data key, limit --> Requirement --steer(Evaluated)--> rows --judge(Flown)--> Ver
 
 from workbench.goals.registry import register
 from workbench.goals.ride.break_point import DelayBorne, DiskMargin, GainMargin, PhaseMargin
+from workbench.goals.ride.corner import CornerDecay
 from workbench.goals.ride.cost import RideCost
 from workbench.goals.ride.currents import MeanSquareCurrents
 from workbench.goals.ride.damping_ratio import DampingRatio
@@ -30,5 +31,6 @@ for cls in (
     DampingRatio, DecayRate, PeakSensitivity, PatternDelayMargin, RmsGap, MeanSquareCurrents, StaticGapError,
     PeakGapChange, RideMask, MotorCurrent, RideCost, DiskMargin, GainMargin, PhaseMargin, DelayBorne, VariedDamping,
     VariedDecay, VariedPeak, SampledDamping, SampledDecay, SampledPeak, FrozenDamping,
+    CornerDecay,
 ):  # fmt: skip
     register(cls)
