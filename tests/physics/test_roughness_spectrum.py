@@ -10,7 +10,7 @@ from scipy.linalg import solve_continuous_lyapunov
 
 from workbench.errors import InputError
 from workbench.physics.guideway.catalogue import KINDS, american, german
-from workbench.physics.guideway.spectrum import PowerLaw, Rational
+from workbench.physics.guideway.spectrum import PowerLaw, Rational, band_mean_square
 from workbench.physics.guideway.tabulated import Tabulated
 
 SPEED = 134.0
@@ -158,6 +158,14 @@ def test_a_table_follows_a_power_law_between_and_beyond_its_points():
     assert table.wavelength_min == pytest.approx(2 * np.pi)
 
 
+def test_the_mean_square_of_a_band_is_the_difference_of_closed_forms():
+    # ∫ A/(Ω² + c²) dΩ = (A/c) arctan(Ω/c)
+    law = PowerLaw(roughness=1e-6, corner_wavenumber=0.02)
+    ends = 2 * np.pi / np.array([2000.0, 5.0])
+    closed = 1e-6 / 0.02 * np.diff(np.arctan(ends / 0.02))[0]
+    assert band_mean_square(law, 5.0, 2000.0) == pytest.approx(closed, rel=1e-9)
+
+
 def test_the_mean_square_of_a_table_is_the_area_between_its_ends():
     table = Tabulated(wavenumber=(0.01, 0.1, 1.0), density=(1e-2, 1e-4, 1e-7), provenance="assumed")
     by_pieces = sum(quad(table.psd, a, b, epsabs=0, epsrel=1e-11)[0] for a, b in ((0.01, 0.1), (0.1, 1.0)))
@@ -177,6 +185,7 @@ def test_scaling_a_spectrum_scales_its_density():
         (lambda: american(6, "vertical").shaping_filter(SPEED), "valid at all wavelengths"),
         (lambda: american(6, "gauge").mean_square(), "Set extrapolate=True"),
         (lambda: american(6, "vertical", extrapolate=True).mean_square(), "finite only with a corner"),
+        (lambda: band_mean_square(LAW.at_speed(SPEED), 5.0, 5.0), "0 < wavelength_min < wavelength_max"),
         (lambda: american(7, "vertical"), "must be one of 1…6; got 7"),
         (lambda: american(6, "verticle"), "did you mean 'vertical'"),
         (lambda: german("medium", "vertical"), "unknown disturbance level"),

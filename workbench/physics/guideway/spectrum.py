@@ -14,6 +14,7 @@ hertz 2|H(j2πf)|².
 """
 
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Any, Protocol
 
 import numpy as np
@@ -257,6 +258,23 @@ class PowerLaw:
     def mean_square(self, speed: float = 1.0) -> float:
         """πA/(2Ω_c) [m²]; the speed [m/s] matters only where the corner is a frequency."""
         return self.at_speed(speed).mean_square()
+
+
+def band_mean_square(spectrum: Spectrum, wavelength_min: float, wavelength_max: float) -> float:
+    """∫ S(Ω) dΩ [m²] over the wavelengths from wavelength_min to wavelength_max [m], numerically to 1e-9."""
+    from scipy.integrate import quad
+
+    if not 0 < wavelength_min < wavelength_max < np.inf:
+        raise InputError(
+            f"a band of wavelengths needs 0 < wavelength_min < wavelength_max; got {wavelength_min!r} and "
+            f"{wavelength_max!r}. Give both in metres, shorter first."
+        )
+    low, high = np.log(2 * np.pi / wavelength_max), np.log(2 * np.pi / wavelength_min)
+    edges = np.linspace(low, high, int(np.ceil((high - low) / np.log(10))) + 1)
+    pieces = pairwise(edges)
+    return float(
+        sum(quad(lambda x: np.exp(x) * spectrum.psd(np.exp(x)), *ends, epsabs=0, epsrel=1e-9)[0] for ends in pieces)
+    )
 
 
 def _seen_at_speed(spectrum: Spectrum, frequency_hz, speed):
