@@ -15,6 +15,7 @@ from workbench.design.variation import STANDARD_BOX, Box, Variant, Variation, se
 from workbench.design.verdict import margin_verdicts, verdicts
 from workbench.errors import InfeasibleError, InputError
 from workbench.files.problem import load_problem
+from workbench.goals.registry import goal
 from workbench.goals.ride.requirement import requirement
 from workbench.physics.vehicle import varied
 
@@ -299,3 +300,15 @@ def test_sensor_scales_ten_per_cent_apart_cost_the_comfort_limit_less_than_a_fif
     assert cost is not None
     assert nominal is not None
     assert cost < 1.2 * nominal
+
+
+def test_gains_for_many_models_begin_from_those_that_keep_the_reserves_of_the_nominal_vehicle():
+    reserve = goal("dead time borne", {"points": ("currents:uniform",), "at_least_ms": 6.0})
+    heave = load_problem("heave")
+    problem = heave.with_requirements((*heave.requirements, reserve))
+    light = Variation(box=Box({"mass": (0.9, 1.1)}), requirements=(requirement("damping ratio", 0.45),))
+    found = robust_design(problem, light, starts=2)
+    assert found.design.met
+    assert [w.verdict.sentence() for w in found.worst if not w.verdict.met] == []
+    assert len(found.design.starts) == 2
+    assert found.nominal_cost == pytest.approx(found.design.flown.cost, rel=5e-3)  # a back-off apart: the box binds not

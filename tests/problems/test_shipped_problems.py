@@ -9,6 +9,7 @@ from workbench.control.loop.closed import interconnect
 from workbench.design.design import design
 from workbench.design.variation import variant_of
 from workbench.design.verdict import verdicts
+from workbench.design.worst import Search
 from workbench.files.problem import load_problem, shipped_problems, shipped_vehicles
 from workbench.handover.table.table import read_table
 
@@ -87,7 +88,10 @@ def test_the_approved_table_is_signed_and_made_from_these_data(problems, name):
     assert table.to_gains() == problems[name].approved
 
 
-RESERVES = {"revenue_vehicle": 14, "coil_vehicle": 14, "hybrid_motor": 14, "heave_pitch": 12, "sway_roll_yaw": 14}
+RESERVES = {
+    "revenue_vehicle": 14, "coil_vehicle": 14, "robust_vehicle": 14, "hybrid_motor": 14, "heave_pitch": 12,
+    "sway_roll_yaw": 14,
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("name", APPROVED)
@@ -106,6 +110,14 @@ def test_the_approved_gains_meet_every_requirement(problems, name):
 def test_the_approved_gains_of_the_comfort_limit_ride_at_least_as_well_as_was_asked(problems):
     problem = problems["comfort_limit"]
     assert analyse(problem.setting, problem.approved).cost <= 34.5
+
+
+@pytest.mark.slow
+def test_the_gains_of_the_fleet_keep_its_limits_at_every_model_that_a_search_finds(problems):
+    problem = problems["robust_vehicle"]
+    worst = Search(problem, problem.variation, 7).worst(problem.approved)
+    assert len(worst) == 4
+    assert [w.verdict.sentence() for w in worst if not w.verdict.met] == []
 
 
 @pytest.mark.slow

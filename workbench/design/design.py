@@ -155,7 +155,7 @@ def _smooth_design(problem, starts, seed, solver, start, workers, on_start, mode
         warm = [programme.start(gains) for gains in ([start] if start else []) + list(near)]
         if beside and not warm and problem.gains is not None and in_bounds(problem, problem.gains, "K_yaw"):
             warm = [programme.x(problem.gains)]
-        outcomes, log = relaxed_starts(first, jobs, workers, on_start)
+        outcomes, log = relaxed_starts(first, jobs, workers, on_start, rough=beside)
         candidates = [o.x for o in distinct(outcomes)[: FEW_BROUGHT if beside else FINISHED]]
         with keeping(time_after(len(log) == len(jobs))):
             at_limits = _brought(problem, first, candidates, warm, workers, solver) if beside else None

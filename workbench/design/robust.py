@@ -15,7 +15,8 @@ import numpy as np
 
 from workbench.analysis.analysis import analyse
 from workbench.control import Gains
-from workbench.design.design import Design, Start, finished, given, rounded
+from workbench.design.brought import ITERATIONS, LAST
+from workbench.design.design import Design, Start, design, finished, given, rounded
 from workbench.design.effort import check_starts
 from workbench.design.family import Family, SharedChart
 from workbench.design.problem import Problem
@@ -41,7 +42,7 @@ from workbench.machine.budget import keeping
 from workbench.machine.threads import one_thread
 from workbench.result import Result, Row, figure
 from workbench.solve.exchange import Found, exchange
-from workbench.solve.smooth import Outcome, least_violation, minimise
+from workbench.solve.smooth import Options, Outcome, least_violation, minimise
 
 BACK_OFF = BACK_OFFS[1]  # relative distance kept from every limit: what a model between two of the set may exceed
 ROUNDS = 12
@@ -118,20 +119,26 @@ def robust_design(
     with one_thread():
         programme = Programme(problem, back_off=BACK_OFF)
         search = Search(problem, variation, seed)
-        if start is None:
+        beside = any(r.beside for r in problem.requirements)
+        if start is None and beside:
+            first = design(problem, starts=starts, seed=seed, method=solver, workers=workers, on_start=on_start)
+            near = [] if problem.gains is None else [programme.x(problem.gains)]
+            candidates, log, nominal = [*near, programme.start(first.gains)], first.starts, first.flown.cost
+            all_ended = len(log) == starts
+        elif start is None:
             outcomes, log = relaxed_starts(problem, jobs_of(problem, starts, seed, solver, None), workers, on_start)
             candidates = [o.x for o in distinct(outcomes)[:FINISHED]]
             all_ended = len(log) == starts
             with keeping(time_after(all_ended).share(NOMINAL_SHARE)):
                 nominal = _nominal_cost(problem, candidates, log, seed, solver)
         else:
-            candidates, log, nominal, all_ended = [programme.start(start)], [], None, True
+            candidates, log, nominal, all_ended = [programme.start(start)], (), None, True
         family = Family.of(
             programme, (), SharedChart(programme, (np.ones(17),)), cost=variation.cost, back_off=BACK_OFF
         )
         family = _with(family, [search.model(values, name) for name, values in variation.models.items()])
         tuner = _Tuner(family, search, on_round, began + time_budget)
-        best = None if start is None else tuner.as_it_is(candidates[0])
+        best = tuner.as_it_is(candidates[0]) if beside or start is not None else None
         try:
             with keeping(time_after(all_ended)):
                 for x in candidates:
@@ -194,7 +201,7 @@ class _Tuner:
 
         def solve(held: _Held, last: Outcome | None) -> Outcome:
             z, factors = (x, HOMOTOPY) if last is None else (held.chart_of(last.x), (1.0,))
-            outcome, self.family = finish(held, held.whole(z), factors)
+            outcome, self.family = self._finished(held, held.whole(z), factors)
             dearer = best is not None and (not outcome.feasible or cost(outcome) > cost(best[1]))
             return outcome if dearer or outcome.feasible else self._repaired(outcome)
 
@@ -204,6 +211,12 @@ class _Tuner:
             lambda _held, _answer, added: self._with(added), rounds=ROUNDS, expired=self._over,
         )  # fmt: skip
         return (found[-1].gains, done.answer, found[-1].worst) if done.settled else best
+
+    def _finished(self, held: _Held, z: np.ndarray, factors: Sequence[float]) -> tuple[Outcome, _Held]:
+        """A solution at the limits; with goals of other loops in linear steps first (`design.brought`)."""
+        if not any(r.beside for r in self.search.problem.requirements):
+            return finish(held, z, factors)
+        return finish(held, minimise(held, z, Options("slp", iterations=ITERATIONS)).x, (1.0,), options=LAST)
 
     def _over(self) -> bool:
         self._late = bool(self.rounds) and monotonic() > self._deadline

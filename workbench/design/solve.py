@@ -14,6 +14,7 @@ from workbench.solve.exchange import Found, exchange
 from workbench.solve.smooth import Options, Outcome, Programme, minimise
 
 COARSE = 1e-6  # of log J, at which a start counts as ended; the best are then solved to 1e-8
+ROUGH, FEW_ITERATIONS = 1e-4, 60  # of a start from whose end goals of other loops lead on
 RELAXED = 2.0  # multiple of the limits that are relaxed at which starts are compared
 HOMOTOPY = (1.4, 1.0)  # then these, in turn
 EXCHANGES = (
@@ -82,9 +83,15 @@ def _stabilised(programme: Steered, x: np.ndarray) -> np.ndarray:
     return np.clip(result.x, low, high)
 
 
-def relaxed(programme: Steered, x: np.ndarray, *, solver: str = "slsqp") -> Outcome:
-    """One start with limits `RELAXED` times as loose as wanted, of what a search begins so."""
-    return minimise(programme.with_relaxed(RELAXED), x, Options(solver, tolerance=COARSE))
+def relaxed(programme: Steered, x: np.ndarray, *, solver: str = "slsqp", rough: bool = False) -> Outcome:
+    """One start with limits `RELAXED` times as loose as wanted, of what a search begins so.
+
+    rough : ended where its valley is known, since other goals move it far from there anyway
+    """
+    options = (
+        Options(solver, iterations=FEW_ITERATIONS, tolerance=ROUGH) if rough else Options(solver, tolerance=COARSE)
+    )
+    return minimise(programme.with_relaxed(RELAXED), x, options)
 
 
 def finish(

@@ -72,15 +72,22 @@ def in_bounds(problem: Problem, gains: Gains, name: str) -> bool:
     return low <= getattr(gains, name) <= high
 
 
-def relaxed_starts(problem: Problem, jobs, workers: int, on_start) -> tuple[list[Outcome], list[Start]]:
-    """Every start with the sensitivity relaxed; an interrupt or a budget leaves those that ended, if any did."""
+def relaxed_starts(
+    problem: Problem, jobs, workers: int, on_start, *, rough: bool = False
+) -> tuple[list[Outcome], list[Start]]:
+    """Every start with the sensitivity relaxed; an interrupt or a budget leaves those that ended, if any did.
+
+    rough : as of `solve.relaxed`
+    """
     found: dict[int, Outcome] = {}
     whole = current()
     few = whole.share(FEW_STARTS)  # by when one start must have ended
     enough = whole.share(ALL_STARTS)
     until = {"until": lambda: enough if found else few, "work": "the starts of a design"}
     try:
-        for number, outcome in ends(jobs, _starter, bare(problem), workers=workers, **until):
+        for number, outcome in ends(
+            jobs, _rough_starter if rough else _starter, bare(problem), workers=workers, **until
+        ):
             found[number] = outcome
             if on_start:
                 on_start(_entry(number, outcome))
@@ -96,14 +103,18 @@ def time_after(all_ended: bool) -> Deadline:
     return current() if all_ended or current() is not NEVER else Deadline.after(WIND_UP)
 
 
-def _starter(problem: Problem) -> Callable[[Job], Outcome]:
+def _starter(problem: Problem, rough: bool = False) -> Callable[[Job], Outcome]:
     """What runs one start after another of a problem."""
     programme = Programme(problem, back_off=BACK_OFFS[0])
 
     def run(job: Job) -> Outcome:
-        return relaxed(programme, begin(programme, job), solver=job[3])
+        return relaxed(programme, begin(programme, job), solver=job[3], rough=rough)
 
     return run
+
+
+def _rough_starter(problem: Problem) -> Callable[[Job], Outcome]:
+    return _starter(problem, rough=True)
 
 
 def begin(programme: Programme, job: Job) -> np.ndarray:
