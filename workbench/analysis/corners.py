@@ -9,13 +9,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 
-import numpy as np
-
 from workbench.analysis.change import VEHICLE, Change
 from workbench.analysis.setting import Setting
-from workbench.analysis.variations import apart, changed, check_change, closed_scaled, factors
+from workbench.analysis.variations import changed, check_change, closed
 from workbench.control import Gains
-from workbench.control.loop import subject
 from workbench.errors import InputError
 
 MOST = 10  # axes: 1024 corners
@@ -84,12 +81,4 @@ class Corner:
 def corner_decays(setting: Setting, gains: Gains, box: Box) -> tuple[Corner, ...]:
     """The loop at every corner."""
     plants = Plants(setting)
-    return tuple(Corner(c, _decay(setting, plants.at(c), gains, c)) for c in corners(box))
-
-
-def _decay(setting: Setting, there: Setting, gains: Gains, corner: tuple[Change, ...]) -> float:
-    whole = not all(map(apart, corner))
-    subjects = (subject(there.plant, there.law, "all"),) if whole else there.subjects
-    scale = factors(setting, *corner)
-    poles = np.concatenate([closed_scaled(s, gains, **scale).poles() for s in subjects])
-    return float(0.0 - poles.real.max())
+    return tuple(Corner(c, closed(setting, gains, *c, there=plants.at(c)).decay) for c in corners(box))

@@ -120,35 +120,54 @@ def varied(setting: Setting, gains: Gains, change: Change, known: dict[Change, V
     """
     kept, alike = {} if known is None else known, change.alike
     if alike not in kept:
-        kept[alike] = _grouped(setting, gains, alike) if apart(alike) else _whole(setting, gains, alike)
+        loop = closed(setting, gains, alike)
+        kept[alike] = Varied(
+            name=alike.name, damping=damping_of(loop.poles), decay=loop.decay, peaks=loop.peaks(PEAK_TOLERANCE)
+        )
     found = kept[alike]
     rests = alike != change and found.stable
     return replace(found, name=change.name, at_rest=_at_rest(setting, gains, change) if rests else None)
 
 
-def _grouped(setting: Setting, gains: Gains, change: Change) -> Varied:
-    """Group by group."""
-    scale = factors(setting, change)
-    loops = [(s, closed_scaled(s, gains, **scale)) for s in changed(setting, change).subjects]
-    poles = np.concatenate([closed.poles() for _, closed in loops])
-    return _found(change, poles, {s.name: s.sensitivity(closed) for s, closed in loops})
+@dataclass(frozen=True, slots=True)
+class Closed:
+    """Roots of a changed loop, and (A, B, C, D) of S at the current patterns of each group of motion."""
+
+    poles: np.ndarray
+    sensitivities: Mapping[str, Sequence[np.ndarray]]
+
+    @property
+    def stable(self) -> bool:
+        """Whether every root decays."""
+        return bool(self.poles.real.max() < 0)
+
+    @property
+    def decay(self) -> float:
+        """Of the slowest root [1/s]."""
+        return float(0.0 - self.poles.real.max())
+
+    def peaks(self, tolerance: float) -> dict[str, float | None]:
+        """Peak sensitivity of each group, upper end of a bracket of that relative width; None if unstable."""
+        return {
+            name: peak_gain(*S, tolerance=tolerance).upper if self.stable else None
+            for name, S in self.sensitivities.items()
+        }
 
 
-def _whole(setting: Setting, gains: Gains, change: Change) -> Varied:
-    """The vehicle whole."""
-    whole = subject(setting.plant, setting.law, "all")
-    closed = closed_scaled(whole, gains, **factors(setting, change))
-    a, b, c, d = whole.sensitivity(closed)
-    patterns = {name: commanded(name, setting.law).patterns for name in GROUPS}
-    return _found(change, closed.poles(), {name: (a, b @ U, U.T @ c, U.T @ d @ U) for name, U in patterns.items()})
+def closed(setting: Setting, gains: Gains, *changes: Change, there: Setting | None = None) -> Closed:
+    """The loop under changes: group by group where they leave the groups apart, else the vehicle whole.
 
-
-def _found(change: Change, poles: np.ndarray, sensitivities: Mapping[str, Sequence[np.ndarray]]) -> Varied:
-    stable = bool(poles.real.max() < 0)
-    peaks = {
-        name: peak_gain(*S, tolerance=PEAK_TOLERANCE).upper if stable else None for name, S in sensitivities.items()
-    }
-    return Varied(name=change.name, damping=damping_of(poles), decay=float(0.0 - poles.real.max()), peaks=peaks)
+    there : the setting of the changed vehicle, where it is at hand
+    """
+    there, scale = changed(setting, *changes) if there is None else there, factors(setting, *changes)
+    if all(map(apart, changes)):
+        loops = [(s, closed_scaled(s, gains, **scale)) for s in there.subjects]
+        return Closed(np.concatenate([loop.poles() for _, loop in loops]), {s.name: s.sensitivity(c) for s, c in loops})
+    whole = subject(there.plant, there.law, "all")
+    loop = closed_scaled(whole, gains, **scale)
+    a, b, c, d = whole.sensitivity(loop)
+    patterns = {name: commanded(name, there.law).patterns for name in GROUPS}
+    return Closed(loop.poles(), {name: (a, b @ U, U.T @ c, U.T @ d @ U) for name, U in patterns.items()})
 
 
 def apart(change: Change) -> bool:
@@ -184,12 +203,12 @@ def _is(names: Sequence[str], name: str) -> np.ndarray:
 def _at_rest(setting: Setting, gains: Gains, change: Change) -> tuple[float, float]:
     """The largest change of a gap, and of a current ratio, at rest by a unit that the law reads beside the truth."""
     whole, law = subject(setting.plant, setting.law, "all"), setting.law
-    closed = closed_scaled(whole, gains, **factors(setting, change))
+    loop = closed_scaled(whole, gains, **factors(setting, change))
     A, B, C, D = whole.controller(gains)
     k = law.sensors.index(change.target)
     pushed = D[:, k] - C @ np.linalg.solve(A, B[:, k])  # pattern commands by a unit of the reading
     gaps = [name for name, own in zip(law.sensors, law.of_kinds(("gap", "gap_lateral")), strict=True) if own]
-    seen = closed.select(inputs=[f"error_{c}" for c in whole.commands], outputs=(*gaps, *whole.commands))
+    seen = loop.select(inputs=[f"error_{c}" for c in whole.commands], outputs=(*gaps, *whole.commands))
     rest = (seen.D - seen.C @ np.linalg.solve(seen.A, seen.B)) @ pushed
     return float(np.abs(rest[: len(gaps)]).max()), float(np.abs(whole.patterns @ rest[len(gaps) :]).max())
 

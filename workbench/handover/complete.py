@@ -39,7 +39,6 @@ from workbench.machine.budget import NEVER, Deadline, keeping
 from workbench.machine.interrupts import received
 from workbench.machine.supervision import attempted, finishing
 from workbench.machine.writing import check_file, check_folder, write_text
-from workbench.physics.vehicle import varied
 from workbench.result import Result, Row
 
 SWEPT = "peak sensitivity"
@@ -149,7 +148,7 @@ def complete(
     found = found.cruise if isinstance(found, ScheduledDesign) else found
     hurried = problem.flies and (len(found.starts) < (count or 0) or solving.expired or received() is not None)
     left_out: list[str] = []
-    cases = robustness(problem, found.gains, varied) if problem.flies else ()
+    cases = robustness(problem, found.gains) if problem.flies else ()
     curve = None
     usual = not any(r.beside for r in problem.requirements)  # with reserves every limit costs a design of its own
     if sweepable and (sweep or (sweep is None and usual)):

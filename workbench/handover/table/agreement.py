@@ -190,7 +190,6 @@ def _figures(document: dict[str, Any], problem) -> list[str]:
     from workbench.analysis.analysis import analyse
     from workbench.control import Gains
     from workbench.design.robustness import robustness
-    from workbench.physics.vehicle import varied
 
     gains = Gains.from_mapping({name: float(text) for name, text in document["gains"].items()})
     found = analyse(problem.setting, gains, document["problem"]).to_dict()
@@ -199,7 +198,7 @@ def _figures(document: dict[str, Any], problem) -> list[str]:
         if key in found and key not in CHECKED_ELSEWHERE:
             wrong += _off(f"measured.{key}", stated, found[key])
     if document["robustness"].keys() & {"nominal"}:
-        for case in robustness(problem, gains, varied):
+        for case in robustness(problem, gains):
             stated = document["robustness"].get(case.name)
             if isinstance(stated, dict):
                 wrong += _off(f"robustness.{case.name}", stated, case.to_dict())

@@ -29,11 +29,10 @@ def renewed(problem, document: dict):
     from workbench.handover.table.promise import certified
     from workbench.handover.table.schema import SchedulePart
     from workbench.handover.table.table import table_from_design
-    from workbench.physics.vehicle import varied
 
     gains = Gains.from_mapping({name: float(text) for name, text in document["gains"].items()})
     design = given(problem, gains, seed=document["seed"], solver=document["solver"])
-    cases = {case.name: case.to_dict() for case in robustness(problem, gains, varied)}
+    cases = {case.name: case.to_dict() for case in robustness(problem, gains)}
     kept = {name: value for name, value in document["robustness"].items() if name not in cases}
     table = table_from_design(design, robustness=cases | kept)
     schedule = document["schedule"] and {k: v for k, v in document["schedule"].items() if k != "forces"}
