@@ -50,8 +50,10 @@ def analyse(
 
     supervised(budget_seconds, "the analysis")
 
+    from workbench.analysis.first_tables import first_rows, first_tables
     from workbench.analysis.full import full_analysis
-    from workbench.commands.output import emit_json, emit_rows, emit_table, say
+    from workbench.commands.output import emit_first, emit_json, emit_rows, emit_table, say
+    from workbench.design.verdict import nominal_limits
     from workbench.errors import InputError
     from workbench.files.problem import load_problem, read_gains
     from workbench.machine.writing import check_file, write_text
@@ -76,17 +78,20 @@ def analyse(
         from workbench.design.design import given
         from workbench.handover.report.report import report_html
 
-        page = report_html(given(loaded, chosen, analysis=result.analysis))
+        page = report_html(given(loaded, chosen, analysis=result.analysis), reserves=kept)
     document = result.to_dict() | kept.to_dict() | written if json else {}
     modes = [(m.name, figure(m.frequency_hz), figure(m.damping)) for m in result.analysis.modes]
-    tables = [] if json else [*kept.tables(), ("Modes", ("mode", "frequency [Hz]", "damping"), modes), *result.tables()]
+    first = first_tables(kept, nominal_limits(loaded))
+    tables = [] if json else [("Modes", ("mode", "frequency [Hz]", "damping"), modes), *result.tables()]
     finishing()
     if report is not None:
         write_text(report, page)
     if json:
         emit_json(document)
         return
-    emit_rows(f"{loaded.title}", [*kept.rows(), *result.analysis.rows()])
+    emit_rows(loaded.title, first_rows(kept))
+    emit_first(first)
+    emit_rows("The loop and its ride", result.analysis.rows())
     for title, columns, rows in tables:
         emit_table(title, columns, rows)
     if report is not None:

@@ -7,10 +7,15 @@ import json
 import sys
 from collections.abc import Iterable
 from contextlib import contextmanager
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from workbench.machine.terminal import printable
 from workbench.result import Row, figure, plain
+
+NAMED = 30  # characters of a row's name that are not folded
+
+if TYPE_CHECKING:
+    from workbench.analysis.first_tables import Cell, MarkedTable
 
 
 def emit_json(document: Any) -> None:
@@ -36,18 +41,33 @@ def emit_rows(title: str, rows: Iterable[Row]) -> None:
     emit_table(title, ("quantity", "value", "unit"), [(name, figure(value), unit) for name, value, unit in rows])
 
 
-def emit_table(title: str, columns: Iterable[str], rows: Iterable[Iterable[str]], *, stderr: bool = False) -> None:
-    """A table of strings; on stderr where stdout carries content."""
+def emit_table(title: str, columns: Iterable[str], rows: Iterable[Iterable["str | Cell"]], *, stderr=False) -> None:
+    """A table of strings and marked cells; on stderr where stdout carries content."""
     from rich import box
     from rich.console import Console
     from rich.table import Table
+    from rich.text import Text
+
+    def shown(cell: "str | Cell") -> Text:
+        if isinstance(cell, str):
+            return Text(printable(cell))
+        return Text(printable(cell.marked), " ".join(["bold"] * cell.worst + ["red"] * cell.bad))
 
     table = Table(title=printable(title), title_justify="left", box=box.SIMPLE_HEAD, title_style="bold")
+    cells = [[shown(cell) for cell in row] for row in rows]
+    short = max((len(row[0]) for row in cells if row), default=0) <= NAMED  # heads give way before names do
     for number, column in enumerate(columns):
-        table.add_column(printable(column), justify="left" if number == 0 else "right", overflow="fold")
-    for row in rows:
-        table.add_row(*map(printable, row))
+        justify = "left" if number == 0 else "right"
+        table.add_column(printable(column), justify=justify, overflow="fold", no_wrap=number == 0 and short)
+    for row in cells:
+        table.add_row(*row)
     Console(markup=False, highlight=False, stderr=stderr).print(table)
+
+
+def emit_first(tables: Iterable["MarkedTable"]) -> None:
+    """The tables that are read first; ▸ stands at the worst of a column."""
+    for table in tables:
+        emit_table(" ".join(filter(None, (f"{table.title}.", table.words))), table.columns, table.rows)
 
 
 @contextmanager

@@ -1,6 +1,7 @@
 """The report of a design: one HTML file that needs nothing else, for screen, phone and paper.
 
-    Design (, trade-off, robustness) --> requirements, gains, roots, trade-off, spectra, Nyquist, robustness, provenance
+    Design (, trade-off, robustness) --> margins and failures, requirements, gains, roots, trade-off, spectra, Nyquist,
+                                        robustness, provenance
 
 Figures are inline SVG with their numbers folded beneath; nothing is fetched, and the page forbids itself to try.
 """
@@ -10,13 +11,17 @@ from datetime import datetime
 from html import escape
 from typing import Any
 
+from workbench.analysis.first_tables import first_rows, first_tables
+from workbench.analysis.reserves import Reserves
+from workbench.analysis.reserves import reserves as find_reserves
 from workbench.control import GAIN_UNITS
 from workbench.design.design import Design
 from workbench.design.tradeoff import TradeOff
+from workbench.design.verdict import nominal_limits
 from workbench.errors import InputError
 from workbench.handover.report.figures import nyquist_figures, root_figures, spectrum_figures, trade_off_figures
 from workbench.handover.report.page import figures, head, page, provenance, requirement_table, when
-from workbench.handover.report.style import table_block
+from workbench.handover.report.style import first_blocks, table_block
 from workbench.handover.table.table import GainTable
 from workbench.result import figure as digits
 
@@ -30,6 +35,7 @@ def report_html(
     trade_off: TradeOff | None = None,
     robustness: Mapping[str, Any] | None = None,
     table: GainTable | None = None,
+    reserves: Reserves | None = None,
     exposure: str = "1 h",
     created: datetime | None = None,
 ) -> str:
@@ -40,6 +46,7 @@ def report_html(
     trade_off : `design.tradeoff.trade_off` of this problem, for its section
     robustness : case to figures (mappings may nest), or name to value, for its section
     table : the gain table of this design; its digest and versions are shown
+    reserves : of these gains, if they are at hand already
     exposure : of the comfort boundary of ISO 2631:1974, such as "1 h" or "2.5 h"
     created : time shown; the table's, or now, if left out
     """
@@ -47,7 +54,9 @@ def report_html(
         raise InputError("the gain table must hold the design's gains; it holds others. Make both from one design.")
     responds = design.flown.cost is not None
     why_not = UNFILTERED if design.flown.stable else UNSTABLE
+    kept = reserves_of(design) if reserves is None else reserves
     sections = [
+        ("Margins and failures", first_blocks(first_tables(kept, nominal_limits(design.problem)))),
         ("Requirements", requirement_table(design.requirements)),
         ("What the limits cost", _multipliers(design)),
         ("Gains", _gains(design)),
@@ -59,10 +68,16 @@ def report_html(
         ("Robustness", _robustness(robustness or {})),
         ("Provenance", provenance(design, table, "cost J")),
     ]
-    return page(design.problem.title, _header(design, when(table, created)), sections)
+    return page(design.problem.title, _header(design, kept, when(table, created)), sections)
 
 
-def _header(design: Design, time: str) -> str:
+def reserves_of(design: Design) -> Reserves:
+    """What a vehicle's design keeps in reserve, sampled at the problem's own time too."""
+    step = design.problem.sample_time
+    return find_reserves(design.problem.setting, design.gains, sampled=() if step is None else [(step, 0.0)])
+
+
+def _header(design: Design, reserves: Reserves, time: str) -> str:
     a, met = design.flown, [v.met for v in design.requirements]
     word, kind = (f"✓ all {len(met)} requirements met", "met") if met else ("no requirements", "")
     if not all(met):
@@ -76,6 +91,7 @@ def _header(design: Design, time: str) -> str:
         ("peak sensitivity", digits(max(peaks) if peaks else None), ""),
         ("largest rms gap change", digits(1e3 * max(gaps) if gaps else None), "mm"),
         ("sum of mean square currents", digits(a.sum_alpha_squared), ""),
+        *((name, digits(value), "" if unit == "1" else unit) for name, value, unit in first_rows(reserves)),
     ]
     return head(design.problem, time, word, kind, tiles)
 

@@ -6,11 +6,13 @@ Each colour of a figure is one of `PALETTE`, light and dark; text stays text. No
 """
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from html import escape
 from importlib.resources import files
 from io import StringIO
 from typing import Any
+
+from workbench.analysis.first_tables import Cell, MarkedTable
 
 # CSS variable: (what figures are drawn with and what light screens and paper show, what dark screens show)
 PALETTE = {
@@ -90,15 +92,31 @@ def figure_block(svg: str, caption: str, columns: list[str], rows: list[list[str
     )
 
 
-def table_block(columns: list[str], rows: list[list[str]], *, caption: str = "") -> str:
-    """A table; the first column names the row. Cells are text."""
+def table_block(columns: Sequence[str], rows: Sequence[Sequence[str | Cell]], *, caption: str = "") -> str:
+    """A table; the first column names the row. Cells are text, marked or not."""
     head = "".join(f'<th scope="col">{escape(c)}</th>' for c in columns)
-    body = "".join(
-        f'<tr><th scope="row">{escape(row[0])}</th>' + "".join(f"<td>{escape(cell)}</td>" for cell in row[1:]) + "</tr>"
-        for row in rows
-    )
+    body = "".join(f"<tr>{_cell(row[0], 'th', 'row')}{''.join(_cell(c) for c in row[1:])}</tr>" for row in rows)
     title = f"<caption>{escape(caption)}</caption>" if caption else ""
     return f'<div class="wide"><table>{title}<thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>'
+
+
+def _cell(cell: str | Cell, tag: str = "td", scope: str = "") -> str:
+    named = f' scope="{scope}"' if scope else ""
+    if isinstance(cell, str):
+        return f"<{tag}{named}>{escape(cell)}</{tag}>"
+    kinds = " ".join(["worst"] * cell.worst + ["missed"] * cell.bad)
+    text = f"<b>{escape(cell.text)}</b>" if cell.worst else escape(cell.text)
+    return f"<{tag}{named}{f' class={chr(34)}{kinds}{chr(34)}' if kinds else ''}>{text}</{tag}>"
+
+
+def first_blocks(tables: Sequence[MarkedTable]) -> str:
+    """The tables that are read first, each with the line that sums it up; the worst of a column in bold."""
+    blocks = (
+        f"<div><h3>{escape(t.title)}</h3>{f'<p>{escape(t.words)}</p>' if t.words else ''}"
+        f"{table_block(t.columns, t.rows)}</div>"
+        for t in tables
+    )
+    return f'<div class="figures">{"".join(blocks)}</div>' if tables else ""
 
 
 def style_sheet() -> str:
