@@ -127,7 +127,7 @@ def test_the_command_says_the_same_and_takes_values_from_tables_and_mappings(tmp
     assert other["margins"] != document["margins"]
     result = run("analyse", "dc_motor", "--report", tmp_path / "r.html")
     assert result.exit_code == 0
-    assert "Margins, one signal broken" in result.stdout
+    assert "Margins, one point broken" in result.stdout
     assert "<title>DC motor" in (tmp_path / "r.html").read_text()
 
 

@@ -118,8 +118,8 @@ def test_a_point_of_the_trade_off_refers_to_the_gains_behind_it_and_one_without_
 
 def test_the_sections_are_all_there_in_order(html):
     assert re.findall(r"<h2>(.*?)</h2>", html) == [
-        "Requirements", "Gains", "Roots", "Trade-off", "Ride, strokes and currents", "Spectra", "Loops", "Robustness",
-        "Provenance",
+        "Margins and failures", "Requirements", "Gains", "Roots", "Trade-off", "Ride, strokes and currents", "Spectra",
+        "Loops", "Robustness", "Provenance",
     ]  # fmt: skip
 
 

@@ -1,9 +1,9 @@
 """The tables that an engineer reads first, made once for terminal, page and panel.
 
-    Reserves (, Limits) --cells: worst of each column, what does not hold--> MarkedTable each
+    Reserves (, NonlinearRide, Limits) --cells: worst of each column, what does not hold--> MarkedTable each
 
-Margins where the loop may break; what survives what; the loop as it is sampled; the loop away from the nominal gaps.
-What is empty is left out, of a vehicle as of a plant of one's own.
+Margins where the loop may break; what survives what; the loop as it is sampled; contacts and the ride with forces that
+bend; the loop away from the nominal gaps. What is empty is left out, of a vehicle as of a plant of one's own.
 """
 
 import math
@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from string import digits
 
 from workbench.analysis.frozen import Frozen
+from workbench.analysis.nonlinear_ride import NonlinearRide
 from workbench.analysis.reserves import Reserves
 from workbench.analysis.sampled_cases import SampledCase
 from workbench.analysis.variations import Varied
@@ -55,18 +56,25 @@ class Limits:
     peak_sensitivity: float | None = None
 
 
-def first_tables(reserves: Reserves, limits: Limits | None = None) -> tuple[MarkedTable, ...]:
+def first_tables(
+    reserves: Reserves, ride: NonlinearRide | None = None, limits: Limits | None = None
+) -> tuple[MarkedTable, ...]:
     """The tables in the order in which they are read."""
+    changed = [v for v in reserves.variations if v.at_rest is None]
+    resting = [v for v in reserves.variations if v.at_rest is not None]
     made = (
         _margins("Margins, one point broken at a time", reserves.break_points),
-        _failures(reserves.variations),
+        _margins("Margins, each signal with a factor of its own", reserves.together),
+        _failures(changed),
         _sampled(reserves.sampled, limits or Limits()),
+        _ride(ride),
         _frozen(reserves.frozen),
+        _resting(resting),
     )
     return tuple(table for table in made if table is not None)
 
 
-def first_rows(reserves: Reserves) -> list[Row]:
+def first_rows(reserves: Reserves, ride: NonlinearRide | None = None) -> list[Row]:
     """The smallest figure of each table: name and place, value, unit."""
     shown: list[Row] = []
     if reserves.break_points:
@@ -83,6 +91,9 @@ def first_rows(reserves: Reserves) -> list[Row]:
     if poses:
         f = min(poses, key=lambda f: f.damping or 0.0)
         shown.append((f"least damping at a gap offset, {f.heave:+.2f} m, {f.sway:+.2f} m", f.damping, "1"))
+    if ride is not None:
+        shown += [("contacts per hour, expected", ride.contacts_per_hour, "1/h")]
+        shown += [("nonlinear over linear cost", ride.cost_ratio, "1")]
     return shown
 
 
@@ -93,7 +104,8 @@ def _margins(title: str, points: Sequence[BreakPoint]) -> MarkedTable | None:
     rows = []
     for b in points:
         cells = [b.gain_down, b.gain_up, math.degrees(b.phase), *([1e3 * b.delay] if late else []), b.disk]
-        rows.append([Cell(b.point), *(Cell(figure(value if math.isfinite(value) else None)) for value in cells)])
+        name = f"{b.point}, {b.model}" if b.model else b.point
+        rows.append([Cell(name), *(Cell(figure(value if math.isfinite(value) else None)) for value in cells)])
     measures: list[Callable[[BreakPoint], float]] = [
         lambda b: -b.gain_down if b.gain_down else math.inf, lambda b: b.gain_up, lambda b: b.phase,
         *([lambda b: b.delay] if late else []), lambda b: b.disk,
@@ -156,6 +168,25 @@ def _period(case: SampledCase) -> str:
     return f"{1e3 * case.sample_time:g} ms, {samples} late" if case.delay_samples else f"{1e3 * case.sample_time:g} ms"
 
 
+def _ride(ride: NonlinearRide | None) -> MarkedTable | None:
+    if ride is None:
+        return None
+    rows = [[Cell("ride cost J [10⁻⁴ g²]"), *map(Cell, map(figure, (ride.cost / ride.cost_ratio, ride.cost))),
+             Cell(figure(ride.cost_ratio))]]  # fmt: skip
+    rows += [
+        [Cell(f"rms {f.name} [{f.unit}]"), Cell(figure(f.linear)), Cell(figure(f.nonlinear)), Cell(figure(f.ratio))]
+        for f in ride.figures
+    ]
+    _mark(rows, 3, [-ride.cost_ratio, *(-f.ratio for f in ride.figures)])
+    words = (
+        f"{ride.contacts_per_hour:.2g} contacts an hour expected; nearest {ride.where}, "
+        f"{figure(1e3 * ride.distance)} mm or {ride.sigmas:.1f} standard deviations away on average."
+    )
+    return MarkedTable(
+        "Ride with forces that bend", ("", "linear", "nonlinear", "ratio"), tuple(map(tuple, rows)), words
+    )
+
+
 def _frozen(poses: Sequence[Frozen]) -> MarkedTable | None:
     """One row a heave, the damping at each sway beside each other."""
     if not poses:
@@ -177,6 +208,14 @@ def _frozen(poses: Sequence[Frozen]) -> MarkedTable | None:
     return MarkedTable("The loop frozen at gap offsets", columns, tuple(map(tuple, rows)), words)
 
 
+def _resting(variations: Sequence[Varied]) -> MarkedTable | None:
+    rows = [[Cell(v.name), *(Cell(figure(value)) for value in v.at_rest or ())] for v in variations]
+    if not rows:
+        return None
+    columns = ("sensor", "gap at rest [m per unit]", "current at rest [1 per unit]")
+    return MarkedTable("What a sensor that is stuck or drifts does at rest", columns, _together(rows))
+
+
 def _pose(pose: Frozen | None) -> Cell:
     if pose is None:
         return Cell(figure(None))
@@ -189,7 +228,7 @@ def _together(rows: Sequence[Sequence[Cell]]) -> tuple[tuple[Cell, ...], ...]:
     for row in rows:
         first = out[-1][0].text if out else ""
         stem = row[0].text.rstrip(digits)
-        alike = out and first.split(", ")[0].rstrip(digits) == stem != row[0].text
+        alike = out and stem[-1:] in (":", "_") and first.split(", ")[0].rstrip(digits) == stem != row[0].text
         if alike and [c.text for c in out[-1][1:]] == [c.text for c in row[1:]]:
             out[-1] = [replace(out[-1][0], text=f"{first}, {row[0].text.removeprefix(stem)}"), *out[-1][1:]]
         else:
@@ -198,10 +237,10 @@ def _together(rows: Sequence[Sequence[Cell]]) -> tuple[tuple[Cell, ...], ...]:
 
 
 def _mark(rows: list[list[Cell]], column: int, badness: Sequence[float]) -> None:
-    """Marks the smallest of a column; the loops that are unstable are bad already, and nothing marks what is alike."""
-    known = [value for value in badness if math.isfinite(value)]
-    if not known or max(known) - min(known) <= ALIKE * abs(min(known)):
+    """Marks the smallest of a column, and what is alike to it; nothing where all are alike or nothing limits."""
+    least = min(badness)
+    alike = [value <= least + ALIKE * abs(least) for value in badness]
+    if all(alike):
         return
-    for row, value in zip(rows, badness, strict=True):
-        if value <= min(known) + ALIKE * abs(min(known)):
-            row[column] = replace(row[column], worst=True)
+    for row, worst in zip(rows, alike, strict=True):
+        row[column] = replace(row[column], worst=worst)

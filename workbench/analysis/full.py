@@ -108,10 +108,9 @@ class FullAnalysis(Result):
         return [*self.analysis.rows(), *disk]
 
     def tables(self) -> list[tuple[str, tuple[str, ...], list[tuple[str, ...]]]]:
-        """The ride with straight and bent forces and at every point, as (title, columns, rows of strings)."""
-        bent = [] if self.analysis.nonlinear is None else [self.analysis.nonlinear.table()]
+        """The ride at every point as (title, columns, rows of strings)."""
         if self.comfort is None:
-            return bent
+            return []
         columns = ("place", "direction", "rms", "below 1 Hz", "weighted", "Wf", "Sperling", "PSD / boundary")
         rows = []
         for p in self.comfort.points:
@@ -119,7 +118,7 @@ class FullAnalysis(Result):
             figures = (r.rms, r.rms_below_1_hz, r.rms_weighted, r.rms_motion_sickness, p.sperling, p.mask_ratio)
             rows.append((p.point, r.direction, *map(figure, figures)))
         title = "Ride, accelerations in m/s²; boundary: ISO 2631:1974 reduced comfort, 1 h (unverified values)"
-        return [*bent, (title, columns, rows)]
+        return [(title, columns, rows)]
 
 
 def full_analysis(

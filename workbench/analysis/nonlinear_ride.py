@@ -32,7 +32,7 @@ from workbench.lti.signals import COORDINATES
 from workbench.physics.guideway.irregularity import TYPES, phasors
 from workbench.physics.vehicle.curvature import ForceBend
 from workbench.physics.vehicle.linear import EXTERNAL
-from workbench.result import Result, Row, figure
+from workbench.result import Result, Row
 
 WEIGHTING = {"acceleration_z": "Wk", "acceleration_y": "Wd"}
 FELT = {"acceleration_z": "weighted_z", "acceleration_y": "weighted_y"}
@@ -80,15 +80,6 @@ class NonlinearRide(Result):
             ("the same in standard deviations", self.sigmas, "1"),
             *((f"rms {f.name}, nonlinear over linear", f.ratio, "1") for f in self.figures),
         ]
-
-    def table(self) -> tuple[str, tuple[str, ...], list[tuple[str, ...]]]:
-        """Title, columns, cells: every rms with straight and with bent forces."""
-        title = (
-            f"Ride with forces that bend: J {figure(self.cost)} ({figure(self.cost_ratio)} of the linear one), "
-            f"{self.contacts_per_hour:.2g} contacts an hour, nearest {self.where}, {self.sigmas:.1f} σ away"
-        )
-        cells = [(f.name, f.unit, figure(f.linear), figure(f.nonlinear), figure(f.ratio)) for f in self.figures]
-        return title, ("rms", "unit", "linear", "nonlinear", "ratio"), cells
 
 
 def bends(setting: Setting) -> bool:

@@ -81,7 +81,7 @@ def analyse(
         page = report_html(given(loaded, chosen, analysis=result.analysis), reserves=kept)
     document = result.to_dict() | kept.to_dict() | written if json else {}
     modes = [(m.name, figure(m.frequency_hz), figure(m.damping)) for m in result.analysis.modes]
-    first = first_tables(kept, nominal_limits(loaded))
+    first = first_tables(kept, result.analysis.nonlinear, nominal_limits(loaded))
     tables = [] if json else [("Modes", ("mode", "frequency [Hz]", "damping"), modes), *result.tables()]
     finishing()
     if report is not None:
@@ -89,7 +89,7 @@ def analyse(
     if json:
         emit_json(document)
         return
-    emit_rows(loaded.title, first_rows(kept))
+    emit_rows(loaded.title, first_rows(kept, result.analysis.nonlinear))
     emit_first(first)
     emit_rows("The loop and its ride", result.analysis.rows())
     for title, columns, rows in tables:
@@ -100,7 +100,8 @@ def analyse(
 
 def _plant(loaded, gains: Path | None, report: Path | None, json: bool) -> None:
     """The same of a plant of one's own."""
-    from workbench.commands.output import emit_json, emit_rows, emit_table, say
+    from workbench.analysis.first_tables import first_rows, first_tables
+    from workbench.commands.output import emit_first, emit_json, emit_rows, emit_table, say
     from workbench.design.plant_analysis import plant_analysis
     from workbench.files.own_plant import read_values
     from workbench.handover.report.plant import plant_report
@@ -115,7 +116,11 @@ def _plant(loaded, gains: Path | None, report: Path | None, json: bool) -> None:
     if json:
         emit_json(result.to_dict() | ({} if report is None else {"report": str(report)}))
         return
-    emit_rows(loaded.title or loaded.name, result.rows())
+    kept = result.reserves
+    emit_rows(loaded.title or loaded.name, result.rows() if kept is None else first_rows(kept))
+    if kept is not None:
+        emit_first(first_tables(kept))
+        emit_rows("The loop and its goals", result.rows())
     for title, columns, rows in result.tables():
         emit_table(title, columns, rows)
     if report is not None:

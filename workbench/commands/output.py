@@ -13,6 +13,7 @@ from workbench.machine.terminal import printable
 from workbench.result import Row, figure, plain
 
 NAMED = 30  # characters of a row's name that are not folded
+PADDING = 3  # of a column, the edges' share with it
 
 if TYPE_CHECKING:
     from workbench.analysis.first_tables import Cell, MarkedTable
@@ -53,15 +54,18 @@ def emit_table(title: str, columns: Iterable[str], rows: Iterable[Iterable["str 
             return Text(printable(cell))
         return Text(printable(cell.marked), " ".join(["bold"] * cell.worst + ["red"] * cell.bad))
 
+    console = Console(markup=False, highlight=False, stderr=stderr)
     table = Table(title=printable(title), title_justify="left", box=box.SIMPLE_HEAD, title_style="bold")
-    cells = [[shown(cell) for cell in row] for row in rows]
-    short = max((len(row[0]) for row in cells if row), default=0) <= NAMED  # heads give way before names do
-    for number, column in enumerate(columns):
-        justify = "left" if number == 0 else "right"
-        table.add_column(printable(column), justify=justify, overflow="fold", no_wrap=number == 0 and short)
+    heads, cells = [printable(column) for column in columns], [[shown(cell) for cell in row] for row in rows]
+    longest = [max((len(row[k]) for row in cells), default=0) for k in range(len(heads))]
+    if sum(map(max, zip(map(len, heads), longest, strict=True))) + PADDING * len(heads) > console.width:
+        heads[1:] = [head.replace(" ", "\n") for head in heads[1:]]  # heads give way before names and digits do
+    for number, head in enumerate(heads):
+        fixed = number == 0 and longest[0] <= NAMED
+        table.add_column(head, justify="left" if number == 0 else "right", overflow="fold", no_wrap=fixed)
     for row in cells:
         table.add_row(*row)
-    Console(markup=False, highlight=False, stderr=stderr).print(table)
+    console.print(table)
 
 
 def emit_first(tables: Iterable["MarkedTable"]) -> None:

@@ -113,10 +113,7 @@ class PlantAnalysis(Result):
     def tables(self) -> list[tuple[str, tuple[str, ...], list[tuple[str, ...]]]]:
         """Poles and margins as (title, columns, rows of strings)."""
         out = [(f"Poles of {loop.model}", loop.columns(), loop.table()) for loop in self.loops]
-        reserves = [] if self.reserves is None else self.reserves.tables()
-        if self.margins is None:
-            return out + reserves
-        return [*out, ("Margins, one signal broken at a time", *self.margins.table()), *reserves]
+        return out if self.margins is None else [*out, ("Margins and peak sensitivities", *self.margins.table())]
 
 
 def plant_analysis(

@@ -1,6 +1,7 @@
 """The report of a plant of one's own: one HTML file, like a vehicle's.
 
-PlantAnalysis (, table) --> goals, parameters, poles, margins, step responses, loops, proofs, provenance
+PlantAnalysis (, table) --> margins and failures, goals, parameters, poles, margins, step responses, loops, proofs,
+                           provenance
 """
 
 from collections.abc import Callable, Sequence
@@ -10,12 +11,13 @@ from typing import Any
 
 import numpy as np
 
+from workbench.analysis.first_tables import first_tables
 from workbench.control.structure.loop import Loop
 from workbench.design.plant_analysis import PlantAnalysis
 from workbench.design.plant_curves import StepCurve, open_loop, step_curve
 from workbench.errors import InputError
 from workbench.handover.report.page import figures, head, page, provenance, requirement_table, when
-from workbench.handover.report.style import FRAME, figure_block, svg_figure, table_block
+from workbench.handover.report.style import FRAME, figure_block, first_blocks, svg_figure, table_block
 from workbench.handover.table.plant import PlantTable
 from workbench.plots.loop import plot_bode, plot_poles, plot_steps
 from workbench.plots.nyquist import plot_nyquist
@@ -38,7 +40,9 @@ def plant_report(analysis: PlantAnalysis, *, table: PlantTable | None = None, cr
     design = analysis.design
     if table is not None and table.values() != dict(design.values):
         raise InputError("the gain table must hold the design's values; it holds others. Make both from one design.")
+    first = () if analysis.reserves is None else first_tables(analysis.reserves)
     sections = [
+        ("Margins and failures", first_blocks(first)),
         ("Goals", requirement_table(design.verdicts)),
         ("Parameters", _parameters(analysis)),
         ("Poles", _poles(analysis)),

@@ -56,7 +56,10 @@ def report_html(
     why_not = UNFILTERED if design.flown.stable else UNSTABLE
     kept = reserves_of(design) if reserves is None else reserves
     sections = [
-        ("Margins and failures", first_blocks(first_tables(kept, nominal_limits(design.problem)))),
+        (
+            "Margins and failures",
+            first_blocks(first_tables(kept, design.flown.nonlinear, nominal_limits(design.problem))),
+        ),
         ("Requirements", requirement_table(design.requirements)),
         ("What the limits cost", _multipliers(design)),
         ("Gains", _gains(design)),
@@ -84,6 +87,7 @@ def _header(design: Design, reserves: Reserves, time: str) -> str:
         word, kind = f"✗ {met.count(False)} of {len(met)} requirements missed", "missed"
     peaks = [p.upper for p in a.peak_sensitivity.values() if p is not None]
     gaps = [v for v in a.rms["gap"].values() if v is not None]
+    first = first_rows(reserves, a.nonlinear)
     tiles = [
         ("ride cost J", digits(a.cost), "10⁻⁴ g²"),
         ("smallest damping ratio", digits(a.damping), ""),
@@ -91,7 +95,7 @@ def _header(design: Design, reserves: Reserves, time: str) -> str:
         ("peak sensitivity", digits(max(peaks) if peaks else None), ""),
         ("largest rms gap change", digits(1e3 * max(gaps) if gaps else None), "mm"),
         ("sum of mean square currents", digits(a.sum_alpha_squared), ""),
-        *((name, digits(value), "" if unit == "1" else unit) for name, value, unit in first_rows(reserves)),
+        *((name, digits(value), "" if unit == "1" else unit) for name, value, unit in first),
     ]
     return head(design.problem, time, word, kind, tiles)
 
