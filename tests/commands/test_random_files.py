@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 from workbench.control import GAIN_NAMES, Gains
 from workbench.design.problem import Problem
 from workbench.errors import InputError
-from workbench.files.problem import load_problem, read_gains, shipped_problems
+from workbench.files.gains import read_gains
+from workbench.files.problem import load_problem, shipped_problems
 
 DATA = {name: (folder / "data.toml").read_text("utf-8").splitlines() for name, folder in shipped_problems().items()}
 MANY = settings(

@@ -9,7 +9,8 @@ import pytest
 from guide_page import fences
 
 from workbench.control import Gains
-from workbench.files.problem import ProblemData, load_problem, parse_problem, read_gains, shipped_problems
+from workbench.files.gains import read_gains
+from workbench.files.problem import ProblemData, load_problem, parse_problem, shipped_problems
 from workbench.handover.code.formats import render
 from workbench.handover.table.schema import Promise
 from workbench.handover.table.table import read_table

@@ -6,7 +6,8 @@ import pytest
 
 from workbench.errors import InputError
 from workbench.files.digest import digest_of
-from workbench.files.problem import load_problem, read_gains, read_schedule, shipped_vehicles
+from workbench.files.gains import read_gains, read_schedule
+from workbench.files.problem import load_problem, shipped_vehicles
 
 APPROVED = {name: path / "approved.json" for name, path in shipped_vehicles().items()}
 

@@ -12,7 +12,8 @@ import pytest
 from workbench.analysis.analysis import analyse
 from workbench.design.verdict import verdicts
 from workbench.errors import InputError
-from workbench.files.problem import load_problem, read_gains
+from workbench.files.gains import read_gains
+from workbench.files.problem import load_problem
 from workbench.goals.ride.requirement import requirement
 from workbench.handover.table.table import digest_of, read_table, schema, table_from_design
 

@@ -15,7 +15,8 @@ from workbench.design.scheduled import dense_check, schedule_design
 from workbench.design.speed_family import force_numbers, plant_family, speed_family
 from workbench.design.verdict import margin_verdicts
 from workbench.errors import InfeasibleError, InputError
-from workbench.files.problem import load_problem, parse_problem, read_gains, read_schedule, shipped_problems
+from workbench.files.gains import read_gains, read_schedule
+from workbench.files.problem import load_problem, parse_problem, shipped_problems
 from workbench.goals.ride.requirement import requirement
 from workbench.handover.table.table import read_table
 from workbench.machine.reading import read_mapping

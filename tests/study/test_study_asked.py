@@ -10,7 +10,8 @@ from workbench.control import Gains
 from workbench.control.gains import GAIN_NAMES
 from workbench.design.verdict import margin_verdicts, verdicts
 from workbench.errors import InputError
-from workbench.files.problem import load_problem, read_schedule, shipped_problems, shipped_vehicles
+from workbench.files.gains import read_schedule
+from workbench.files.problem import load_problem, shipped_problems, shipped_vehicles
 from workbench.goals.ride.requirement import limit_keys
 from workbench.study.file import read_study
 from workbench.study.quantity import limits_of, required

@@ -55,7 +55,8 @@ def analyse(
     from workbench.commands.output import emit_first, emit_json, emit_rows, emit_table, say
     from workbench.design.verdict import nominal_limits
     from workbench.errors import InputError
-    from workbench.files.problem import load_problem, read_gains
+    from workbench.files.gains import read_gains
+    from workbench.files.problem import load_problem
     from workbench.machine.writing import check_file, write_text
     from workbench.result import figure
 

@@ -27,8 +27,9 @@ def compare(
     from workbench.commands.output import emit_json, emit_table
     from workbench.design.comparison import compare as side_by_side
     from workbench.errors import InputError
+    from workbench.files.gains import read_gains
     from workbench.files.own_plant import read_values
-    from workbench.files.problem import load_problem, read_gains
+    from workbench.files.problem import load_problem
 
     if gains and len(problems) != 1:
         raise InputError(f"--gains are designs of one problem; got {len(problems)} problems. Name the one they are of.")

@@ -23,7 +23,8 @@ def model(
     Of a plant of one's own the matrices, dead times and poles of its models, and those of the controller.
     """
     from workbench.errors import InputError
-    from workbench.files.problem import load_problem, read_gains
+    from workbench.files.gains import read_gains
+    from workbench.files.problem import load_problem
     from workbench.ledger.model import model_sheet
     from workbench.result import figure
 

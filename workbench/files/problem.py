@@ -14,14 +14,13 @@ from pydantic import ValidationError
 from workbench.analysis.setting import MotorPoint, Setting
 from workbench.constants import GRAVITY
 from workbench.control import Gains, ModalLaw
-from workbench.control.schedule import Schedule
 from workbench.design.models import VehicleModels, vehicle_structure
 from workbench.design.plan import Plan
 from workbench.design.problem import Problem
 from workbench.design.variation import Box, Variation
 from workbench.errors import InfeasibleError, InputError, unknown_name
-from workbench.files.digest import check_digest
 from workbench.files.effort import effort_of
+from workbench.files.gains import approved_gains
 from workbench.files.goal import goal_of
 from workbench.files.kind import is_own
 from workbench.files.physics import (
@@ -130,7 +129,7 @@ def _vehicle(folder: Path, document: dict, speed: float | None) -> Problem:
         data,
         folder.resolve().name,
         hashlib.sha256(read_text(folder / "data.toml").encode()).hexdigest(),
-        _approved(approved, own if speed is None else speed) if approved.is_file() else None,
+        approved_gains(approved, own if speed is None else speed) if approved.is_file() else None,
     )
     try:
         return builder(folder)(whole if speed is None else whole.at_speed(speed))
@@ -377,55 +376,6 @@ def _motor_point(drive: MotorDrive) -> MotorPoint:
         rated_current=drive.rated_current, working_current=drive.working_current, thrust=drive.thrust,
         forces=drive.input_matrix,
     )  # fmt: skip
-
-
-def read_gains(path: Path, *, speed: float | None = None) -> Gains:
-    """Gains from a gain table, unchanged since it was signed, or from a TOML or JSON mapping of the seventeen names.
-
-    speed : where a table holds a schedule, the speed [m/s] its gains are taken at; those of the table if left out
-    """
-    mapping = _unchanged(path)
-    inner = mapping.get("gains", mapping)
-    if not isinstance(inner, dict):
-        raise InputError(f"'gains' in {path} must be a mapping of the seventeen names; got a {type(inner).__name__}.")
-    try:
-        if speed is not None and mapping.get("schedule") is not None:
-            return Schedule.from_dict(mapping["schedule"]).gains_at(speed)
-        return Gains.from_mapping({name: _number(name, value) for name, value in inner.items()})
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from error
-
-
-def read_schedule(path: Path) -> Schedule | None:
-    """The schedule in a gain table; None where it holds one set of gains."""
-    part = _unchanged(path).get("schedule")
-    return None if part is None else Schedule.from_dict(part)
-
-
-def _unchanged(path: Path) -> dict:
-    """The mapping in a file; where it is a gain table, with the digest that belongs to it."""
-    mapping = read_mapping(path)
-    if "digest" in mapping or "format" in mapping:
-        check_digest(mapping, path)
-    return mapping
-
-
-def _approved(path: Path, speed: float) -> Gains | None:
-    """The approved gains at a speed; None where an approved schedule does not reach it."""
-    schedule = read_schedule(path)
-    if schedule is None:
-        return read_gains(path)
-    low, high = schedule.range
-    return schedule.gains_at(speed) if low <= speed <= high else None
-
-
-def _number(name: str, value) -> float:
-    if isinstance(value, str):  # decimal strings carry the exact digits that a certificate speaks about
-        try:
-            return float(value)
-        except ValueError as error:
-            raise InputError(f"{name} must be a number; got {value[:60]!r}.") from error
-    return value
 
 
 def builder(folder: Path) -> Callable[[ProblemData], Problem]:

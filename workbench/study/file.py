@@ -11,9 +11,10 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 from workbench.control.schedule import Schedule
 from workbench.errors import InputError, unknown_name
 from workbench.files.block import Finite, Positive
+from workbench.files.gains import read_gains, read_schedule
 from workbench.files.kind import is_own
 from workbench.files.own_plant import named_values
-from workbench.files.problem import read_gains, read_schedule, shipped_problems
+from workbench.files.problem import shipped_problems
 from workbench.files.refusal import sentence
 from workbench.goals.ride.requirement import limit_keys, requirement_of
 from workbench.machine.reading import read_mapping

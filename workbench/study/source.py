@@ -18,18 +18,11 @@ from workbench.control import Gains
 from workbench.control.schedule import Schedule
 from workbench.design.problem import Problem
 from workbench.errors import InputError
+from workbench.files.gains import read_gains, read_schedule
 from workbench.files.kind import is_own
 from workbench.files.number import FACTOR, numbers, with_numbers
 from workbench.files.own_plant import OwnData, own_problem_data
-from workbench.files.problem import (
-    ProblemData,
-    builder,
-    load_problem,
-    parse_problem,
-    read_gains,
-    read_schedule,
-    shipped_problems,
-)
+from workbench.files.problem import ProblemData, builder, load_problem, parse_problem, shipped_problems
 from workbench.files.problem_code import maker
 from workbench.machine.reading import read_text
 from workbench.study.folder import check_trusted, own_files
