@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from workbench.lti.connect import connect
     from workbench.lti.make import ss, tf, zpk
     from workbench.lti.measured import frd
+    from workbench.study.flights import fly
 
 # name: the room and the name there
 FACE = {
@@ -55,6 +56,7 @@ FACE = {
     "analyse": ("design.asked", "analyse"),
     "margins": ("design.asked", "margins"),
     "simulate": ("design.asked", "simulate"),
+    "fly": ("study.flights", "fly"),
     "verify": ("verify.check", "verify"),
     "complete": ("handover.complete", "complete"),
     "read_table": ("handover.table.table", "read_table"),

@@ -63,6 +63,20 @@ class Weight:
         step = (self.f5 / self.f6) ** 2 * _quadratic(f, self.f5, self.Q5) / _quadratic(f, self.f6, self.Q6)
         return band * transition * step
 
+    @property
+    def sections(self) -> list[tuple[float, float, tuple[float, float, float]]]:
+        """Factors (b0 + b1 s/ω + b2 (s/ω)²)/(1 + s/(Qω) + (s/ω)²) as (ω/2π [Hz], Q, (b0, b1, b2)), low-pass first."""
+        transition = (self.K, 0.0 if self.f3 is None else self.K * self.f4 / self.f3, 0.0)
+        sections = [
+            (self.f2, _HALF, (1.0, 0.0, 0.0)),
+            (self.f1, _HALF, (0.0, 0.0, 1.0)),
+            (self.f4, self.Q4, transition),
+        ]
+        if self.f5 is not None and self.f6 is not None:
+            ratio = self.f6 / self.f5
+            sections.append((self.f6, self.Q6, (ratio**-2, ratio**-1 / self.Q5, 1.0)))
+        return sections
+
     def state_space(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """The weighting as x' = A x + B a, felt = C x + D a, exactly.
 
@@ -71,15 +85,7 @@ class Weight:
         A : (n, n), B : (n, 1), C : (1, n), D : (1, 1)
             n = 8 with the upward step, 6 without; D = 0. Each factor is one block with states scaled by its ω.
         """
-        transition = (self.K, 0.0 if self.f3 is None else self.K * self.f4 / self.f3, 0.0)
-        sections = [
-            (self.f2, _HALF, (1.0, 0.0, 0.0)),  # low-pass first: every later block then has D = 0 in front of it
-            (self.f1, _HALF, (0.0, 0.0, 1.0)),
-            (self.f4, self.Q4, transition),
-        ]
-        if self.f5 is not None and self.f6 is not None:
-            ratio = self.f6 / self.f5
-            sections.append((self.f6, self.Q6, (ratio**-2, ratio**-1 / self.Q5, 1.0)))
+        sections = self.sections  # low-pass first: every later block then has D = 0 in front of it
         n = 2 * len(sections)
         A, B = np.zeros((n, n)), np.zeros((n, 1))
         signal, through = np.zeros(n), 1.0  # what the next block receives: signal·x + through·a

@@ -5,17 +5,22 @@ from typing import Annotated
 
 import typer
 
-from workbench.commands.analyse import Budget, Name
+from workbench.commands.analyse import Budget, Name, Speed
 from workbench.commands.problems import Json
 
 SHOWN = 12  # rows of a history on the screen
+INSTANTS = 801  # of a history in continuous time
 
 
 def simulate(
     problem: Name,
     gains: Annotated[
         Path | None,
-        typer.Option(help="Gain table, or TOML/JSON mapping of names to numbers; the approved values if left out."),
+        typer.Option(
+            "--gains",
+            "--table",
+            help="Gain table, or TOML/JSON mapping of names to numbers; the approved values if left out.",
+        ),
     ] = None,
     step: Annotated[
         list[str] | None,
@@ -37,40 +42,88 @@ def simulate(
     sample_time_ms: Annotated[
         float | None, typer.Option(help="Of a computer that runs the structure; as it was designed if left out.")
     ] = None,
-    computing_delay_ms: Annotated[float, typer.Option(help="From sampling the sensors to the new commands.")] = 0.0,
-    instants: Annotated[int, typer.Option(help="Of a history in continuous time.", min=2, max=200_000)] = 801,
+    computing_delay_ms: Annotated[
+        float | None, typer.Option(help="From sampling the sensors to the new commands; none if left out.")
+    ] = None,
+    instants: Annotated[
+        int | None, typer.Option(help="Of a history in continuous time; 801 if left out.", min=2, max=200_000)
+    ] = None,
     out: Annotated[
         str | None,
         typer.Option(
             help="A folder (there already, or a name that ends in / or has no ending) for history.csv and history.png; "
-            "any other name is the CSV file's."
+            "any other name is the CSV file's. Of a vehicle, the folder that keeps its flights and their picture."
         ),
     ] = None,
+    hours: Annotated[
+        float | None, typer.Option(help="Of a vehicle: hours of flight, all guideways together; 1 if left out.")
+    ] = None,
+    seeds: Annotated[
+        int | None, typer.Option(help="Of a vehicle: guideways that share the hours; 16 if left out.", min=2)
+    ] = None,
+    seed: Annotated[int | None, typer.Option(help="Of a vehicle: of the guideways; 0 if left out.", min=0)] = None,
+    law: Annotated[
+        str | None,
+        typer.Option(help="Of a vehicle: order of the force law's expansion, 1 … 5, or exact; 5 if left out."),
+    ] = None,
+    integration_step_ms: Annotated[
+        float | None, typer.Option(help="Of a vehicle, at most 4; from the loop's fastest pole if left out.")
+    ] = None,
+    factor: Annotated[
+        float | None, typer.Option(help="Of a vehicle: on all heights of the guideway; 1 if left out.")
+    ] = None,
+    speed: Speed = None,
+    workers: Annotated[
+        int | None,
+        typer.Option(help="Of a vehicle: processes of this machine; all processors if left out.", min=1, max=1024),
+    ] = None,
+    scheduler: Annotated[
+        str | None, typer.Option(help="Of a vehicle: address of a Dask scheduler to use instead.")
+    ] = None,
+    fresh: Annotated[
+        bool, typer.Option("--fresh", help="Of a vehicle: throw away what the folder holds and begin anew.")
+    ] = False,
     budget_seconds: Budget = None,
     json: Json = False,
 ) -> None:
-    """Time histories of the closed loops of any plant of one's own after steps: exact, sampled and late too."""
+    """Time histories of the closed loops of any plant of one's own after steps: exact, sampled and late too.
+
+    Of a vehicle, hours of nonlinear flight over guideways drawn at random: contacts per hour, and every figure of the
+    ride over that of the linear vehicle on the same guideways.
+    """
     from workbench.machine.supervision import finishing, supervised
 
-    supervised(budget_seconds, "the simulation")
+    deadline = supervised(budget_seconds, "the simulation")
 
     from workbench.commands.output import emit_json, emit_rows, emit_table, say
+    from workbench.commands.flights import Asked, simulate_flights
     from workbench.design.asked import simulate as simulated
     from workbench.files.own_plant import read_values
     from workbench.files.problem import load_problem
     from workbench.machine.writing import check_file, place_of, write_bytes, write_text
 
+    loaded = load_problem(problem, speed=speed)
+    asked = Asked(
+        hours=hours, seeds=seeds, seed=seed, law=law, integration_step_ms=integration_step_ms, factor=factor,
+        workers=workers, scheduler=scheduler, fresh=fresh,
+    )  # fmt: skip
+    if loaded.flies:
+        loops = {"step": step, "output": output, "duration-s": duration_s, "sample-time-ms": sample_time_ms,
+                 "computing-delay-ms": computing_delay_ms, "instants": instants}  # fmt: skip
+        _refuse([name for name, value in loops.items() if value is not None], loaded.name, "flies; give --hours")
+        simulate_flights(loaded, gains, asked, out, deadline, json)
+        return
+    _refuse(asked.given, loaded.name, "does not fly; give --step")
     table = None if out is None else place_of(out, "history", ".csv")
     picture = None if table is None or out is None or str(table) == out else table.with_suffix(".png")
     for path in (table, picture):
         if path is not None:
             check_file(path)
-    loaded = load_problem(problem)
-    values = read_values(gains, loaded.structure) if gains is not None and not loaded.flies else None
+    values = None if gains is None else read_values(gains, loaded.structure)
     found = simulated(
         loaded, duration_s, values=values, steps=parse_steps(step) if step else None, outputs=output or None,
         sample_time=None if sample_time_ms is None else 1e-3 * sample_time_ms,
-        computing_delay=1e-3 * computing_delay_ms, instants=instants,
+        computing_delay=1e-3 * (computing_delay_ms or 0.0), instants=INSTANTS if instants is None else instants,
     )  # fmt: skip
     drawn = None if picture is None else picture_of(found)
     finishing()
@@ -91,6 +144,14 @@ def simulate(
         emit_table("History", ("time [s]", *response.outputs), rows)
     for what, place in written.items():
         say(f"{what:<8}{place}")
+
+
+def _refuse(names: list[str], problem: str, instead: str) -> None:
+    """Refuses options that are of the other kind of problem."""
+    from workbench.errors import InputError
+
+    if names:
+        raise InputError(f"--{names[0]} must be left out: {problem!r} {instead} instead.")
 
 
 def parse_steps(given: list[str]):

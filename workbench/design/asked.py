@@ -85,8 +85,8 @@ def simulate(
     problem, chosen = _chosen(given_one, values)
     if problem.flies:
         raise InputError(
-            f"problem {problem.name!r} flies; its motion is simulated by a rig: "
-            "workbench.simulation.Rig(…), then wb.simulate(rig, duration)."
+            f"problem {problem.name!r} flies; wb.fly(problem, hours=1) flies it over drawn guideways, and one history is "
+            "simulated by a rig: workbench.simulation.Rig(…), then wb.simulate(rig, duration)."
         )
     return simulate_plant(
         problem, checked_values(chosen), steps=steps, outputs=outputs,

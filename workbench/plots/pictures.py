@@ -1,6 +1,7 @@
 """Every picture by its name; importing this loads them all."""
 
 from workbench.plots.design import plot_roots
+from workbench.plots.flown import plot_flown
 from workbench.plots.forces import plot_coefficient, plot_lift, plot_pair, plot_speed
 from workbench.plots.goal import plot_design, plot_goals
 from workbench.plots.locus import plot_locus, plot_study
@@ -15,8 +16,8 @@ from workbench.plots.tradeoff import plot_tradeoff
 
 __all__ = [
     "plot_acceleration", "plot_acceleration_psd", "plot_authority", "plot_coefficient", "plot_current", "plot_design",
-    "plot_drag",
-    "plot_efficiency", "plot_figure", "plot_gap", "plot_goals", "plot_lift", "plot_locus", "plot_margins_over_speed",
-    "plot_nyquist", "plot_overview", "plot_pair", "plot_power", "plot_ripple", "plot_roots", "plot_roughness",
-    "plot_schedule", "plot_scheduled_gains", "plot_speed", "plot_study", "plot_third_octaves", "plot_tradeoff",
+    "plot_drag", "plot_efficiency", "plot_figure", "plot_flown", "plot_gap", "plot_goals", "plot_lift", "plot_locus",
+    "plot_margins_over_speed", "plot_nyquist", "plot_overview", "plot_pair", "plot_power", "plot_ripple",
+    "plot_roots", "plot_roughness", "plot_schedule", "plot_scheduled_gains", "plot_speed", "plot_study",
+    "plot_third_octaves", "plot_tradeoff",
 ]  # fmt: skip

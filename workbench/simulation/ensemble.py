@@ -16,10 +16,10 @@ from workbench.physics.guideway.roughness import Roughness
 from workbench.result import Result, Row
 from workbench.simulation.course import Scaled
 from workbench.simulation.history import Contact, History
+from workbench.simulation.reading import end_commands, usual_places
 from workbench.simulation.rig import Rig
 from workbench.simulation.simulate import Simulator
 
-ENDS = ("front", "rear")
 Table = dict[str, dict[str, float]]
 
 
@@ -97,7 +97,7 @@ def monte_carlo(
     if not warm_up >= 0:
         raise InputError(f"warm_up must not be negative; got {warm_up!r} s.")
     vehicle = rig.vehicle
-    places = points or {"cg": (0.0, 0.0, 0.0), "front": (vehicle.front, 0.0, 0.0), "rear": (-vehicle.rear, 0.0, 0.0)}
+    places = points or usual_places(rig)
     simulator = Simulator.of(rig)
     squares: list[Table] = []
     contacts: list[Contact] = []
@@ -131,12 +131,11 @@ def seeds(seed: int, runs: int) -> list[tuple[int, int]]:
 
 
 def _mean_squares(rig: Rig, history: History, places) -> Table:
-    right = [(x, i) for i, (x, y) in enumerate(rig.vehicle.command_positions) if y > 0]
     out: Table = {f"acceleration_{d}": {} for d in "zy"} | {"gap": {}, "gap_lateral": {}, "current": {}}
     for direction in "zy":
         for name, place in places.items():
             out[f"acceleration_{direction}"][name] = float(np.mean(history.point_acceleration(place, direction) ** 2))
-    for end, (_, command) in zip(ENDS, (max(right), min(right)), strict=True):
+    for end, command in end_commands(rig).items():
         sets = list(rig.vehicle.groups[command])
         for name, rest in (("gap", history.rest[0]), ("gap_lateral", history.rest[1])):
             change = getattr(history, name)[sets].mean(axis=0) - rest[sets].mean()

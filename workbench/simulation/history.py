@@ -10,6 +10,16 @@ from workbench.result import Result, Row
 POINT_ROWS = {"z": (0, 1, 3), "y": (2, 4, 3)}
 
 
+def point_row(place, direction: str) -> np.ndarray:
+    """(5,) factors on the accelerations that give the one at (x, y, z), "z" down or "y" right, to first order."""
+    if direction not in POINT_ROWS:
+        raise unknown_name("direction", direction, POINT_ROWS)
+    x, y, z = place
+    row = np.zeros(5)
+    row[list(POINT_ROWS[direction])] = (1.0, -x, y) if direction == "z" else (1.0, x, -z)
+    return row
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
 class Contact(Result):
     """The first touch: time [s], to half an integration step; coil set (counted from 1); "floor" or "wall".
@@ -56,11 +66,7 @@ class History(Result):
 
     def point_acceleration(self, place, direction: str) -> np.ndarray:
         """(k,) acceleration at (x, y, z) from the centre of gravity, "z" down or "y" right, to first order."""
-        if direction not in POINT_ROWS:
-            raise unknown_name("direction", direction, POINT_ROWS)
-        x, y, z = place
-        factors = (1.0, -x, y) if direction == "z" else (1.0, x, -z)
-        return np.asarray(factors) @ self.acceleration[list(POINT_ROWS[direction])]
+        return point_row(place, direction) @ self.acceleration
 
     def after(self, start: float) -> "History":
         """The part from a time [s] on; smallest clearances stay those of the whole."""

@@ -48,13 +48,10 @@ class Period:
 
 def period(rig: Rig) -> Period:
     """CHUNK periods of a rig in a row, as machine code where a compiler is at hand."""
-    vehicle, point, n, m = rig.vehicle, rig.point, rig.vehicle.count, rig.law.count
+    vehicle, n, m = rig.vehicle, rig.vehicle.count, rig.law.count
     groups = vehicle.spread
-    plant = _plant(rig, groups)
-    exogenous = np.concatenate([point.irregularity.ravel(), point.trim.external])
-    rest = np.concatenate([point.trim.pose, np.zeros(5), rig.resting, np.zeros(len(rig.control[0]))])
-    still = plant(rest[:10], rig.resting, exogenous, np.zeros(2 * n), point.strength)[1].full().ravel()
-    law = _Law(rig, -still + (np.zeros(4 * m) if rig.bias is None else np.asarray(rig.bias, float)))
+    plant, rest, exogenous = _plant(rig, groups), resting_state(rig), _still(rig)
+    law = _Law(rig, _error(rig, plant))
 
     width = 3 * n + 5
     x, nodes = ca.MX.sym("state", len(rest)), ca.MX.sym("nodes", 3 * width * rig.substeps)
@@ -85,6 +82,37 @@ def period(rig: Rig) -> Period:
     return Period(
         advance=compile_function(many) if rig.integrator == "rk" else many, rest=rest, exogenous=exogenous, rows=rows
     )
+
+
+def motion(rig: Rig) -> ca.Function:
+    """Function (state, ζ and η (2n), their rates (2n)) -> rate of the state, deviations (3, n), distances (2, n) of the
+    filaments of each set from floor and wall [m]; of a continuous law, without noise, nothing failed.
+    """
+    n, m = rig.vehicle.count, rig.law.count
+    plant, resting, exogenous = _plant(rig, rig.vehicle.spread), resting_state(rig), _still(rig)
+    law = _Law(rig, _error(rig, plant))
+    x, surface, surface_rate = ca.MX.sym("state", len(resting)), ca.MX.sym("surface", 2 * n), ca.MX.sym("rate", 2 * n)
+    outside = ca.vertcat(ca.DM(exogenous[: 2 * n]) + surface, ca.DM(exogenous[2 * n :]))
+    noise, strength = ca.MX.zeros(4 * m), ca.MX(ca.DM(rig.point.strength))
+    rate, deviation = law.flow(plant, x, outside, surface_rate, noise, strength, None)
+    return ca.Function("motion", [x, surface, surface_rate], [rate, deviation, _clearances(rig, n)(deviation)])
+
+
+def resting_state(rig: Rig) -> np.ndarray:
+    """State at the operating point."""
+    return np.concatenate([rig.point.trim.pose, np.zeros(5), rig.resting, np.zeros(len(rig.control[0]))])
+
+
+def _still(rig: Rig) -> np.ndarray:
+    """(3n + 5,) ζ, η, bank and loads at the operating point."""
+    return np.concatenate([rig.point.irregularity.ravel(), rig.point.trim.external])
+
+
+def _error(rig: Rig, plant: ca.Function) -> np.ndarray:
+    """(4m,) of the sensors: their bias less the set-points, which are what they read at rest."""
+    zero = np.zeros(2 * rig.vehicle.count)
+    still = plant(resting_state(rig)[:10], rig.resting, _still(rig), zero, rig.point.strength)[1].full().ravel()
+    return -still + (np.zeros(4 * rig.law.count) if rig.bias is None else np.asarray(rig.bias, float))
 
 
 @dataclass(frozen=True, slots=True)

@@ -43,6 +43,10 @@ class Realisation:
         """Heights of A1…A4 [m] at distances [m], an array of any shape: (4, *shape)."""
         return self._spline(np.mod(np.asarray(distance, float), self.length))
 
+    def pieces(self) -> np.ndarray:
+        """(4, n, 4) coefficients of (x − x_i)⁰ … (x − x_i)³ between points i and i + 1, of each type; in metres."""
+        return self._spline.c[::-1]
+
     def inputs(self, positions: Positions, speed: float, time) -> np.ndarray:
         """What the coil sets meet: (2n, k) [m] at times (k,) [s]; at t = 0 the foremost set is at x = 0.
 

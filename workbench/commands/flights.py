@@ -1,0 +1,136 @@
+"""What `workbench simulate` does with a vehicle: hours of nonlinear flight over drawn guideways."""
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+import typer
+
+from workbench.commands.output import emit_json, emit_rows, emit_table, progress, say, tell
+from workbench.design.problem import Problem
+from workbench.errors import BudgetEnded, InputError
+from workbench.files.problem import read_gains
+from workbench.machine.budget import Deadline
+from workbench.machine.interrupts import word
+from workbench.machine.supervision import finishing
+from workbench.machine.terminal import printable
+from workbench.simulation.flown import Flown
+from workbench.study.flights import ORDER, fly
+
+PICTURE = "flights.png"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Asked:
+    """The options that speak of flights, None where left out; `names` as a terminal knows them."""
+
+    hours: float | None
+    seeds: int | None
+    seed: int | None
+    law: str | None
+    integration_step_ms: float | None
+    factor: float | None
+    workers: int | None
+    scheduler: str | None
+    fresh: bool
+
+    @property
+    def given(self) -> list[str]:
+        """Names of those that are there."""
+        return [
+            name.replace("_", "-") for name in self.__dataclass_fields__ if getattr(self, name) not in (None, False)
+        ]
+
+    @property
+    def order(self) -> int | None:
+        """Of the expansion of the force law; None for the exact one."""
+        if self.law is None or self.law == "exact":
+            return None if self.law else ORDER
+        if not self.law.isdecimal():
+            raise InputError(f"--law must be an order of expansion, 1 … 5, or exact; got {self.law[:40]!r}.")
+        return int(self.law)
+
+
+def simulate_flights(
+    loaded: Problem, gains: Path | None, asked: Asked, out: str | None, deadline: Deadline, json: bool
+) -> None:
+    """Flies, shows and keeps; what an interrupt or a budget leaves is shown too.
+
+    out : folder that keeps finished flights and a picture; the same words go on from there
+    """
+    if asked.workers is not None and asked.scheduler is not None:
+        raise InputError("--workers are of this machine, --scheduler has workers of its own; give one of them.")
+    chosen = None if gains is None else read_gains(gains, speed=loaded.setting.speed)
+    folder = None if out is None else Path(out)
+    last: list[Flown] = []
+    with_default = {name: getattr(asked, name) for name in ("hours", "seeds", "seed", "factor")}
+    hours, seeds, seed, factor = (
+        default if given is None else given
+        for given, default in zip(with_default.values(), (1.0, 16, 0, 1.0), strict=True)
+    )
+    try:
+        with progress(json) as show:
+            bar = []
+
+            def on_flown(flown: Flown) -> None:
+                if not bar:
+                    bar.append(show("flights", flown.planned))
+                for _ in range(flown.flights - (last[0].flights if last else 0)):
+                    bar[0](f"{flown.hours:.3g} h, {flown.contacts} contacts")
+                last[:] = [flown]
+
+            fly(
+                loaded, chosen, hours=hours, seeds=seeds, seed=seed, order=asked.order,
+                step=None if asked.integration_step_ms is None else asked.integration_step_ms / 1000, factor=factor,
+                workers=asked.workers or os.cpu_count() or 1, scheduler=asked.scheduler, folder=folder,
+                fresh=asked.fresh, on_flown=on_flown, deadline=deadline,
+            )  # fmt: skip
+    except KeyboardInterrupt:
+        _shown(last, loaded, folder, json)
+        typer.echo(printable(f"{word()} with {_kept(last, out)}"), err=True)
+        raise typer.Exit(130) from None
+    except BudgetEnded:
+        _shown(last, loaded, folder, json)
+        raise BudgetEnded(f"the budget of {deadline.budget:.4g} s ended with {_kept(last, out)}") from None
+    finishing()
+    _shown(last, loaded, folder, json)
+
+
+def _kept(last: list[Flown], out: str | None) -> str:
+    done = f"{last[0].flights} of {last[0].planned} flights" if last else "no flight"
+    more = "give --out FOLDER to keep them" if out is None else "the same command goes on from there"
+    return f"{done} finished; {more}."
+
+
+def _shown(last: list[Flown], loaded: Problem, folder: Path | None, json: bool) -> None:
+    if not last:
+        return
+    flown = last[0]
+    picture = None if folder is None or not flown.figures else folder / PICTURE
+    if picture is not None:
+        _draw(flown, picture)
+    if json:
+        emit_json(flown.to_dict() | ({} if picture is None else {"picture": str(picture)}))
+        return
+    emit_rows(f"{loaded.title or loaded.name}: nonlinear flight", flown.rows())
+    if flown.figures:
+        emit_table(*flown.table())
+    if flown.warning is not None:
+        tell(f"warning: {flown.warning}")
+    if picture is not None:
+        say(f"picture {picture}")
+
+
+def _draw(flown: Flown, picture: Path) -> None:
+    from io import BytesIO
+
+    import matplotlib
+
+    from workbench.machine.writing import write_bytes
+
+    matplotlib.use("Agg")
+    from workbench.plots.flown import plot_flown
+
+    stream = BytesIO()
+    plot_flown(flown).figure.savefig(stream, format="png", dpi=120)
+    write_bytes(picture, stream.getvalue())
