@@ -51,6 +51,12 @@ LOUD = {
     "technology": ("'quieter source'", "technology"),
 }  # fmt: skip
 
+FLIGHTS = "simulate heave --hours 0.006 --seeds 2 --law 2"
+FLOWN = {
+    "hours": ("0.007", ("hours", "figures")), "seeds": ("3", ("planned",)), "seed": ("1", ("figures",)),
+    "law": ("1", ("force_law", "figures")), "integration-step-ms": ("0.4", ("step",)), "factor": ("0.5", ("figures",)),
+}  # fmt: skip
+
 STATEMENTS: dict[tuple[str, str], Words] = {
     ("problems", "json"): Words("problems", "--json", ("text",)),
     ("design", "out"): Words(QUICK, "", ("file gains.json",), slow=True),
@@ -85,6 +91,14 @@ STATEMENTS: dict[tuple[str, str], Words] = {
     ("simulate", "out"): Words("simulate dc_motor --json", "--out OUT", ("file history.csv", "file history.png")),
     ("simulate", "budget-seconds"): Words("simulate dc_motor --json --budget-seconds", "0", (), "100", 2),
     ("simulate", "json"): Words("simulate dc_motor", "--json", ("text",)),
+    **{
+        ("simulate", name): Words(f"{FLIGHTS} --json", f"--{name} {value}", moved, slow=True)
+        for name, (value, moved) in FLOWN.items()
+    },
+    ("simulate", "speed"): Words(FLIGHTS, "--speed 100", code=2, slow=True),  # its force law holds at one speed
+    ("simulate", "workers"): Words(FLIGHTS, "--workers 0", code=2),
+    ("simulate", "scheduler"): Words(FLIGHTS, "--scheduler nonsense://nowhere", code=2, slow=True),
+    ("simulate", "fresh"): Words("simulate dc_motor", "--fresh", code=2),
     ("new", "like"): Words("new OUT/loop", "--like heat_exchanger", ("file loop/data.toml",)),
     ("new", "json"): Words("new OUT/loop", "--json", ("text",)),
     ("compare", "gains"): Words("compare heave --json", f"--gains {table('heave_pitch')}", ("problems", "figures")),

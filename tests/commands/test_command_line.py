@@ -12,7 +12,7 @@ from workbench.files.problem import shipped_problems
 
 COMMANDS = (
     "problems", "new", "design", "analyse", "compare", "model", "forces", "motor", "propulsion", "noise", "reproduce",
-    "verify", "export", "study",
+    "verify", "export", "simulate", "study",
 )  # fmt: skip
 QUICK = ("--starts", "1", "--seed", "1", "--no-trade-off")  # one start of heave takes about a second
 

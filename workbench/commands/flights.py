@@ -3,19 +3,20 @@
 import os
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import typer
 
 from workbench.commands.output import emit_json, emit_rows, emit_table, progress, say, tell
-from workbench.design.problem import Problem
 from workbench.errors import BudgetEnded, InputError
-from workbench.files.problem import read_gains
 from workbench.machine.budget import Deadline
 from workbench.machine.interrupts import word
 from workbench.machine.supervision import finishing
 from workbench.machine.terminal import printable
-from workbench.simulation.flown import Flown
-from workbench.study.flights import ORDER, fly
+
+if TYPE_CHECKING:
+    from workbench.design.problem import Problem
+    from workbench.simulation.flown import Flown
 
 PICTURE = "flights.png"
 
@@ -41,38 +42,35 @@ class Asked:
             name.replace("_", "-") for name in self.__dataclass_fields__ if getattr(self, name) not in (None, False)
         ]
 
-    @property
-    def order(self) -> int | None:
+    def order(self, usual: int) -> int | None:
         """Of the expansion of the force law; None for the exact one."""
         if self.law is None or self.law == "exact":
-            return None if self.law else ORDER
+            return None if self.law else usual
         if not self.law.isdecimal():
             raise InputError(f"--law must be an order of expansion, 1 … 5, or exact; got {self.law[:40]!r}.")
         return int(self.law)
 
 
 def simulate_flights(
-    loaded: Problem, gains: Path | None, asked: Asked, out: str | None, deadline: Deadline, json: bool
+    loaded: "Problem", gains: Path | None, asked: Asked, out: str | None, deadline: Deadline, json: bool
 ) -> None:
     """Flies, shows and keeps; what an interrupt or a budget leaves is shown too.
 
     out : folder that keeps finished flights and a picture; the same words go on from there
     """
+    from workbench.files.problem import read_gains
+    from workbench.study.flights import ORDER, fly
+
     if asked.workers is not None and asked.scheduler is not None:
         raise InputError("--workers are of this machine, --scheduler has workers of its own; give one of them.")
     chosen = None if gains is None else read_gains(gains, speed=loaded.setting.speed)
     folder = None if out is None else Path(out)
     last: list[Flown] = []
-    with_default = {name: getattr(asked, name) for name in ("hours", "seeds", "seed", "factor")}
-    hours, seeds, seed, factor = (
-        default if given is None else given
-        for given, default in zip(with_default.values(), (1.0, 16, 0, 1.0), strict=True)
-    )
     try:
         with progress(json) as show:
             bar = []
 
-            def on_flown(flown: Flown) -> None:
+            def on_flown(flown: "Flown") -> None:
                 if not bar:
                     bar.append(show("flights", flown.planned))
                 for _ in range(flown.flights - (last[0].flights if last else 0)):
@@ -80,8 +78,9 @@ def simulate_flights(
                 last[:] = [flown]
 
             fly(
-                loaded, chosen, hours=hours, seeds=seeds, seed=seed, order=asked.order,
-                step=None if asked.integration_step_ms is None else asked.integration_step_ms / 1000, factor=factor,
+                loaded, chosen, hours=1.0 if asked.hours is None else asked.hours, seeds=asked.seeds or 16,
+                seed=asked.seed or 0, order=asked.order(ORDER), factor=1.0 if asked.factor is None else asked.factor,
+                step=None if asked.integration_step_ms is None else asked.integration_step_ms / 1000,
                 workers=asked.workers or os.cpu_count() or 1, scheduler=asked.scheduler, folder=folder,
                 fresh=asked.fresh, on_flown=on_flown, deadline=deadline,
             )  # fmt: skip
@@ -96,13 +95,13 @@ def simulate_flights(
     _shown(last, loaded, folder, json)
 
 
-def _kept(last: list[Flown], out: str | None) -> str:
+def _kept(last: "list[Flown]", out: str | None) -> str:
     done = f"{last[0].flights} of {last[0].planned} flights" if last else "no flight"
     more = "give --out FOLDER to keep them" if out is None else "the same command goes on from there"
     return f"{done} finished; {more}."
 
 
-def _shown(last: list[Flown], loaded: Problem, folder: Path | None, json: bool) -> None:
+def _shown(last: "list[Flown]", loaded: "Problem", folder: Path | None, json: bool) -> None:
     if not last:
         return
     flown = last[0]
@@ -121,7 +120,7 @@ def _shown(last: list[Flown], loaded: Problem, folder: Path | None, json: bool) 
         say(f"picture {picture}")
 
 
-def _draw(flown: Flown, picture: Path) -> None:
+def _draw(flown: "Flown", picture: Path) -> None:
     from io import BytesIO
 
     import matplotlib

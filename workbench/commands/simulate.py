@@ -9,7 +9,6 @@ from workbench.commands.analyse import Budget, Name, Speed
 from workbench.commands.problems import Json
 
 SHOWN = 12  # rows of a history on the screen
-INSTANTS = 801  # of a history in continuous time
 
 
 def simulate(
@@ -95,12 +94,13 @@ def simulate(
 
     deadline = supervised(budget_seconds, "the simulation")
 
-    from workbench.commands.output import emit_json, emit_rows, emit_table, say
     from workbench.commands.flights import Asked, simulate_flights
+    from workbench.commands.output import emit_json, emit_rows, emit_table, say
     from workbench.design.asked import simulate as simulated
     from workbench.files.own_plant import read_values
     from workbench.files.problem import load_problem
     from workbench.machine.writing import check_file, place_of, write_bytes, write_text
+    from workbench.simulation.response import INSTANTS
 
     loaded = load_problem(problem, speed=speed)
     asked = Asked(

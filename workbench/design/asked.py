@@ -85,7 +85,7 @@ def simulate(
     problem, chosen = _chosen(given_one, values)
     if problem.flies:
         raise InputError(
-            f"problem {problem.name!r} flies; wb.fly(problem, hours=1) flies it over drawn guideways, and one history is "
+            f"problem {problem.name!r} flies; wb.fly(problem, hours=1) flies it over drawn guideways; one history is "
             "simulated by a rig: workbench.simulation.Rig(…), then wb.simulate(rig, duration)."
         )
     return simulate_plant(

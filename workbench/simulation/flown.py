@@ -153,7 +153,9 @@ def ride_figures(
         quantity="cost", place="", unit=COST_UNIT, linear=float(1e4 * one[0] / GRAVITY**2),
         nonlinear=float(1e4 * other[0] / GRAVITY**2), ratio=float(share[0]), standard_error=float(error[0]),
     )  # fmt: skip
-    largest = {unit: max(one[k] for k, (q, _) in enumerate(names, 1) if UNITS[q] == unit) for unit in UNITS.values()}
+    largest = {
+        u: max((one[k] for k, (q, _) in enumerate(names, 1) if UNITS[q] == u), default=0.0) for u in UNITS.values()
+    }
     rest = (
         RideFigure(
             quantity=quantity, place=place, unit=UNITS[quantity], linear=float(np.sqrt(one[k])),
