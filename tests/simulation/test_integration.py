@@ -78,7 +78,7 @@ def test_a_load_step_is_the_exponential_of_the_linear_loop_on_every_shipped_prob
     }
     assert history.contact is None
     # |λ|h = 0.5 costs 0.5⁵/120 a step where the fastest pole carries all, as in the currents just after the step
-    sizes = {"pose": 1e-6, "current": 1e-6 if finer > 1 else 5e-3, "motor": 1e-6 if finer > 1 else 1e-3}
+    sizes = {"pose": 1e-6 if finer > 1 else 3e-6, "current": 1e-6 if finer > 1 else 5e-3, "motor": 1e-6 if finer > 1 else 1e-3}
     for kind, reference in expected.items():
         if reference.size:
             wrong = np.abs(ours[kind] - reference).max(axis=1)
@@ -94,7 +94,8 @@ def test_a_large_load_step_is_that_of_an_integrator_with_error_control(name):
     )
     for kind in ("gap", "gap_lateral"):
         one, other = getattr(ours, kind), getattr(adaptive, kind)
-        assert one == pytest.approx(other, abs=1e-6 * np.abs(other - other[:, :1]).max())
+        # |λ|h = 0.5 of the fastest pole, as in the test above
+        assert one == pytest.approx(other, abs=3e-6 * np.abs(other - other[:, :1]).max())
 
 
 def test_the_load_step_that_seemed_to_touch_the_guideway_moves_the_gaps_by_a_fraction_of_a_millimetre():

@@ -130,5 +130,5 @@ def test_what_cannot_be_simulated_is_one_sentence(options, said):
 
 
 def test_a_vehicle_is_simulated_by_its_rig():
-    with pytest.raises(InputError, match="its motion is simulated by a rig"):
+    with pytest.raises(InputError, match="one history is simulated by a rig"):
         wb.simulate(wb.load("heave"), 1.0)
