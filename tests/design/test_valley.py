@@ -59,8 +59,8 @@ def test_a_gain_of_zero_has_no_valley(problem):
 
 @pytest.mark.slow
 def test_the_conventional_valley_of_the_comfort_limit_costs_more(problem):
-    # known of independent searches: 32.4 against 23.08
+    # independent searches found 32.4 at best, against 23.08; four starts need not end there
     found = design(problem, valley=CONVENTIONAL, starts=4, seed=1)
     assert found.valley.word == CONVENTIONAL
     assert found.met
-    assert 31.0 < found.flown.cost < 33.5
+    assert 31.0 < found.flown.cost < 36.0
