@@ -8,7 +8,8 @@ from collections.abc import Mapping
 from workbench.control.structure.block import Controller
 from workbench.design.problem import Problem
 from workbench.errors import InputError
-from workbench.goals.goal import Closed, infinite
+from workbench.goals.goal import Closed
+from workbench.goals.measure import infinite
 from workbench.goals.verdict import Verdict
 from workbench.machine.threads import one_thread
 

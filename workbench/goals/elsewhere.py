@@ -16,9 +16,10 @@ from workbench.control.structure.block import Controller
 from workbench.control.structure.loop import Loop
 from workbench.errors import InputError
 from workbench.goals.gain import GainShape
-from workbench.goals.goal import FULL_BAND, Asked, Goal, Measure, Value, infinite
+from workbench.goals.goal import FULL_BAND, Goal
 from workbench.goals.loop_shape import Sensitivity
 from workbench.goals.margin import MU_CLOSE, DiskMeasure, MuShape
+from workbench.goals.measure import Asked, Measure, Value, infinite
 from workbench.goals.peak import PeakMeasure
 from workbench.goals.poles import PoleMeasure, Region
 from workbench.lti.margin import ChannelMargin

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.goals.goal import NEAR, Asked, Measure, constant_limit
 from workbench.goals.key import Key, magnitude, weight
+from workbench.goals.measure import NEAR, Asked, Measure, constant_limit
 from workbench.goals.peak import Axis, PeakMeasure, Piece
 from workbench.goals.registry import register
 from workbench.goals.signals import ChannelGoal, check_scale, check_weights

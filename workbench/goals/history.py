@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from workbench.goals.goal import Value
+from workbench.goals.measure import Value
 from workbench.lti.count import unstable_poles
 from workbench.lti.march import Lined, step_pieces
 

@@ -15,8 +15,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from workbench.goals.goal import NEAR, Asked, Measure, Value, infinite, near, stability_reason
+from workbench.goals.goal import stability_reason
 from workbench.goals.key import Key
+from workbench.goals.measure import NEAR, Asked, Measure, Value, infinite, near
 from workbench.goals.registry import register
 from workbench.goals.signals import ChannelGoal
 

@@ -1,10 +1,11 @@
 """Every kind of goal that comes with the workbench; importing this registers them all."""
 
 from workbench.goals.gain import Gain, Tracking, WeightedGain
-from workbench.goals.goal import Bound, Goal, Value
+from workbench.goals.goal import Goal
 from workbench.goals.integrated_error import IntegratedError
 from workbench.goals.loop_shape import LoopShape, MaxLoopGain, MinLoopGain, Rejection, Sensitivity
 from workbench.goals.margin import DelayMargin, Margins
+from workbench.goals.measure import Bound, Value
 from workbench.goals.poles import ControllerPoles, Poles
 from workbench.goals.sector import ConicSector, Passivity, WeightedPassivity
 from workbench.goals.spectrum import RmsLimit, Spectrum

@@ -16,8 +16,9 @@ import numpy as np
 
 from workbench.errors import InputError
 from workbench.goals.gain import GainShape
-from workbench.goals.goal import NEAR, Asked, Largest, Measure, constant_limit, positive
+from workbench.goals.goal import positive
 from workbench.goals.key import HERTZ, Key, magnitude
+from workbench.goals.measure import NEAR, Asked, Largest, Measure, constant_limit
 from workbench.goals.peak import Axis, PeakMeasure, Piece
 from workbench.goals.promise import Promise, kept_limit
 from workbench.goals.registry import register

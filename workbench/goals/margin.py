@@ -15,9 +15,9 @@ import numpy as np
 
 from workbench.errors import InputError
 from workbench.goals.gain import GainShape
-from workbench.goals.goal import NEAR, Asked, Bound, Largest, Measure, Value, infinite, near
 from workbench.goals.key import Key
 from workbench.goals.limit import checked_limit
+from workbench.goals.measure import NEAR, Asked, Bound, Largest, Measure, Value, infinite, near
 from workbench.goals.peak import Axis, PeakMeasure, Piece, Sampled, sampled
 from workbench.goals.promise import Promise, kept_limit
 from workbench.goals.registry import register

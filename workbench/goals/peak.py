@@ -16,7 +16,8 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.goals.goal import FULL_BAND, NEAR, Value, infinite, near, stability_reason
+from workbench.goals.goal import FULL_BAND, stability_reason
+from workbench.goals.measure import NEAR, Value, infinite, near
 from workbench.lti.bilinear import in_w_plane, unwarped, warped
 from workbench.lti.count import unstable_poles
 from workbench.lti.grid import seeds

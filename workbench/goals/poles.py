@@ -16,9 +16,10 @@ import numpy as np
 
 from workbench.control.structure.modes import Modes, eigenvalues
 from workbench.errors import InputError
-from workbench.goals.goal import FULL_BAND, NEAR, Asked, Bound, Goal, Value, infinite, near
+from workbench.goals.goal import FULL_BAND, Goal
 from workbench.goals.key import HERTZ, Key
 from workbench.goals.limit import checked_limit
+from workbench.goals.measure import NEAR, Asked, Bound, Value, infinite, near
 from workbench.goals.promise import Promise
 from workbench.goals.registry import register
 from workbench.goals.roots import COUNTED, check_focus, root_limits

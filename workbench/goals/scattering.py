@@ -16,7 +16,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.goals.goal import NEAR, Value, infinite, near, stability_reason
+from workbench.goals.goal import stability_reason
+from workbench.goals.measure import NEAR, Value, infinite, near
 from workbench.goals.peak import Axis, PeakMeasure
 from workbench.lti.bilinear import in_w_plane, unwarped
 from workbench.lti.grid import seeds

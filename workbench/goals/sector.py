@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.goals.goal import NEAR, Measure
 from workbench.goals.key import Key, weight
+from workbench.goals.measure import NEAR, Measure
 from workbench.goals.peak import Axis, PeakMeasure, Piece
 from workbench.goals.registry import register
 from workbench.goals.scattering import SectorMeasure

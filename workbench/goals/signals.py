@@ -13,7 +13,8 @@ from typing import Any, ClassVar
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.goals.goal import FULL_BAND, Bound, Goal, Measure, positive, some_names
+from workbench.goals.goal import FULL_BAND, Goal, positive, some_names
+from workbench.goals.measure import Bound, Measure
 from workbench.lti.weight import filter_of
 
 

@@ -16,9 +16,10 @@ import numpy as np
 
 from workbench.constants import GRAVITY
 from workbench.errors import InputError
-from workbench.goals.goal import NEAR, Asked, Measure, Value, infinite, positive
+from workbench.goals.goal import positive
 from workbench.goals.key import Key, densities, magnitude
 from workbench.goals.limit import Scales
+from workbench.goals.measure import NEAR, Asked, Measure, Value, infinite
 from workbench.goals.peak import Axis, PeakMeasure, Piece, sampled
 from workbench.goals.registry import register
 from workbench.goals.signals import ChannelGoal

@@ -16,9 +16,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.goals.goal import NEAR, Asked, Bound, Largest, Value, infinite, near, stability_reason
+from workbench.goals.goal import stability_reason
 from workbench.goals.history import BY_STEPS, delayed_pieces, unjudged
 from workbench.goals.key import Key
+from workbench.goals.measure import NEAR, Asked, Bound, Largest, Value, infinite, near
 from workbench.goals.registry import register
 from workbench.goals.signals import ChannelGoal
 from workbench.lti.modes import largest, step_response

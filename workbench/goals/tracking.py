@@ -14,8 +14,9 @@ from typing import Any
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.goals.goal import Largest, Measure, positive
+from workbench.goals.goal import positive
 from workbench.goals.key import Key, weight
+from workbench.goals.measure import Largest, Measure
 from workbench.goals.registry import register
 from workbench.goals.signals import ChannelGoal
 from workbench.goals.transient import StaticMeasure, TransientMeasure, transient_size

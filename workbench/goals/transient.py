@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.goals.goal import Value, infinite, stability_reason
+from workbench.goals.goal import stability_reason
 from workbench.goals.history import BY_STEPS, delayed_pieces, delayed_reason, unjudged
+from workbench.goals.measure import Value, infinite
 from workbench.lti.energy import energy, energy_by_doubling
 from workbench.lti.join import difference
 from workbench.lti.march import Lined, lined_difference

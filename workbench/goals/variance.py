@@ -16,9 +16,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.goals.goal import Asked, Measure, Value, constant_limit, infinite, stability_reason
+from workbench.goals.goal import stability_reason
 from workbench.goals.history import BY_STEPS, delayed_pieces, unjudged
 from workbench.goals.key import Key, weight
+from workbench.goals.measure import Asked, Measure, Value, constant_limit, infinite
 from workbench.goals.registry import register
 from workbench.goals.signals import ChannelGoal, check_weights
 from workbench.lti.bilinear import tustin

@@ -11,8 +11,8 @@ import numpy as np
 
 from workbench.design.record import Design
 from workbench.errors import InputError
-from workbench.goals.goal import Bound
 from workbench.goals.margin import DiskMeasure
+from workbench.goals.measure import Bound
 from workbench.goals.peak import Axis, PeakMeasure
 from workbench.goals.verdict import Verdict
 

@@ -19,7 +19,8 @@ from workbench.control.structure.loop import Loop
 from workbench.control.structure.structure import Structure
 from workbench.design.tuner.stabilise import Abscissa
 from workbench.errors import InputError
-from workbench.goals.goal import Bound, Goal, Value, infinite, told_apart
+from workbench.goals.goal import Goal, told_apart
+from workbench.goals.measure import Bound, Value, infinite
 from workbench.lti.model import Model
 
 LEAST_DECAY = 1e-7  # usual least decay over the fastest pole: a billion times what rounding makes of a pole at zero

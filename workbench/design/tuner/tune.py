@@ -23,7 +23,8 @@ from workbench.design.tuner.pieces import USUAL, GoalPieces, Labelled
 from workbench.design.tuner.result import StartReport, TunedGoal, Tuning
 from workbench.design.tuner.stabilise import random_start, stabilise
 from workbench.errors import InfeasibleError, InputError
-from workbench.goals.goal import Goal, Value, told_apart
+from workbench.goals.goal import Goal, told_apart
+from workbench.goals.measure import Value
 from workbench.lti.model import Model
 from workbench.machine.budget import checked_budget
 from workbench.machine.threads import one_thread

@@ -15,9 +15,10 @@ from workbench.analysis.setting import Setting
 from workbench.control.structure.loop import Loop
 from workbench.errors import InputError
 from workbench.goals.elsewhere import ExactMargin, disk_measure, least_factor
-from workbench.goals.goal import Bound, Goal, Largest, Measure, Rows, some_names
+from workbench.goals.goal import Goal, Rows, some_names
 from workbench.goals.key import Key
 from workbench.goals.margin import DelayMeasure
+from workbench.goals.measure import Bound, Largest, Measure
 from workbench.goals.promise import Promise, Subject
 from workbench.goals.ride.evaluated import Evaluated
 from workbench.goals.ride.flown import Flown

@@ -17,8 +17,9 @@ from workbench.analysis.variations import check_change, listed
 from workbench.control.structure.loop import Loop
 from workbench.errors import InputError
 from workbench.goals.elsewhere import Elsewhere, Sampling, damping_measure, decay_measure, linear, peak_measure
-from workbench.goals.goal import Asked, Bound, Largest, Measure, Rows, some_names
+from workbench.goals.goal import Rows, some_names
 from workbench.goals.key import Key
+from workbench.goals.measure import Asked, Bound, Largest, Measure
 from workbench.goals.promise import Promise, Subject
 from workbench.goals.ride.evaluated import Evaluated
 from workbench.goals.ride.flown import Flown

@@ -14,8 +14,9 @@ from workbench.analysis.break_points import Break
 from workbench.analysis.change import Change
 from workbench.analysis.setting import Setting
 from workbench.errors import InputError, unknown_name
-from workbench.goals.goal import COMMON, FULL_BAND, Asked, Closed, Goal, Rows, Steered
+from workbench.goals.goal import COMMON, FULL_BAND, Closed, Goal, Rows, Steered
 from workbench.goals.key import Key
+from workbench.goals.measure import Asked
 from workbench.goals.promise import Promise, Subject, kept_limit
 from workbench.goals.ride.evaluated import Evaluated
 from workbench.goals.ride.flown import Flown
