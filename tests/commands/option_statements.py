@@ -96,7 +96,7 @@ STATEMENTS: dict[tuple[str, str], Words] = {
         for name, (value, moved) in FLOWN.items()
     },
     ("simulate", "speed"): Words(FLIGHTS, "--speed 100", code=2, slow=True),  # its force law holds at one speed
-    ("simulate", "workers"): Words(FLIGHTS, "--workers 0", code=2),
+    ("simulate", "workers"): Words(FLIGHTS, "--workers 0", code=2, slow=True),
     ("simulate", "scheduler"): Words(FLIGHTS, "--scheduler nonsense://nowhere", code=2, slow=True),
     ("simulate", "fresh"): Words("simulate dc_motor", "--fresh", code=2),
     ("new", "like"): Words("new OUT/loop", "--like heat_exchanger", ("file loop/data.toml",)),

@@ -78,7 +78,8 @@ def test_a_load_step_is_the_exponential_of_the_linear_loop_on_every_shipped_prob
     }
     assert history.contact is None
     # |λ|h = 0.5 costs 0.5⁵/120 a step where the fastest pole carries all, as in the currents just after the step
-    sizes = {"pose": 1e-6 if finer > 1 else 3e-6, "current": 1e-6 if finer > 1 else 5e-3, "motor": 1e-6 if finer > 1 else 1e-3}
+    coarse, fine = {"pose": 3e-6, "current": 5e-3, "motor": 1e-3}, dict.fromkeys(("pose", "current", "motor"), 1e-6)
+    sizes = fine if finer > 1 else coarse
     for kind, reference in expected.items():
         if reference.size:
             wrong = np.abs(ours[kind] - reference).max(axis=1)

@@ -58,7 +58,7 @@ def simulate_flights(
 
     out : folder that keeps finished flights and a picture; the same words go on from there
     """
-    from workbench.files.problem import read_gains
+    from workbench.files.gains import read_gains
     from workbench.study.flights import ORDER, fly
 
     if asked.workers is not None and asked.scheduler is not None:
