@@ -192,14 +192,14 @@ def _bringing(problem: Problem) -> Callable[[np.ndarray], Outcome]:
     return run
 
 
-def refine(problem: Problem, start: Gains, *, solver: str = "slsqp", sampled: bool = True) -> Design:
+def refine(problem: Problem, start: Gains, *, sampled: bool = True) -> Design:
     """A design from given gains alone, straight at the wanted limits: for warm starts and small changes.
 
     Never dearer than the start itself, where that meets the requirements. Raises InfeasibleError like `design`.
     """
     with one_thread():
         programme = Programme(problem, back_off=BACK_OFFS[0])
-        return finished(problem, programme, [programme.start(start)], (), 0, solver, sampled=sampled)
+        return finished(problem, programme, [programme.start(start)], (), 0, "slsqp", sampled=sampled)
 
 
 def finished(

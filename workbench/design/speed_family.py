@@ -89,7 +89,6 @@ def speed_family(
     *,
     degree: int,
     nodes: int | None = None,
-    decimals: int | None = DECIMALS,
 ) -> SpeedFamily:
     """Least-squares polynomials of numbers that depend on the speed, through Chebyshev nodes.
 
@@ -97,7 +96,6 @@ def speed_family(
     ----------
     numbers : speed [m/s] to named numbers, the same names at every speed
     degree : of the polynomials;  nodes : speeds sampled, degree + 5 if left out
-    decimals : significant digits of the coefficients; None for full doubles
 
     The error is measured with the rounded coefficients, at the nodes, midway between them and at both ends.
     """
@@ -120,8 +118,7 @@ def speed_family(
         fit = np.polynomial.chebyshev.chebfit(places, values, degree)
         c = np.polynomial.chebyshev.cheb2poly(fit) if degree else fit
         c = np.pad(c, (0, degree + 1 - len(c)))
-        if decimals is not None:
-            c = np.array([float(f"{x:.{decimals}g}") for x in c])
+        c = np.array([float(f"{x:.{DECIMALS}g}") for x in c])
         truth = np.concatenate([values, [sample[name] for sample in checks]])
         size = np.abs(truth).max()
         off = np.abs(np.polynomial.polynomial.polyval(everywhere, c) - truth).max()
@@ -178,17 +175,13 @@ class PlantFamily:
         return {k: np.polynomial.chebyshev.chebval(u, c) for k, c in self.curves.items()}
 
 
-def plant_family(
-    problem: Problem, range: tuple[float, float], *, nodes: int = NODES, on_node: Callable[[float], None] | None = None
-) -> PlantFamily:
+def plant_family(problem: Problem, range: tuple[float, float], *, nodes: int = NODES) -> PlantFamily:
     """The plant at any speed of a range, from exact ones at Chebyshev nodes in the logarithm of the speed."""
 
     def exact(u: float) -> dict[str, np.ndarray]:
         heed("the plants of a schedule")
         speed = float(np.clip(np.exp(middle + u * half), low, high))
         plant = problem.at({"speed_m_s": speed}).setting.plant
-        if on_node:
-            on_node(speed)
         return {k: getattr(plant, k) for k in "ABCD"}
 
     low, high = range

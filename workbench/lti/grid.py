@@ -27,11 +27,11 @@ def special(poles: np.ndarray) -> np.ndarray:
     return np.concatenate([np.abs(poles), np.abs(poles.imag), resonance(poles)])
 
 
-def spread(poles: np.ndarray, count: int, below: float = 10.0, above: float = 10.0) -> np.ndarray:
+def spread(poles: np.ndarray, count: int) -> np.ndarray:
     """`count` frequencies in equal ratios over the decades of the poles and around them; 1 without poles."""
     size = np.abs(poles)
     size = size[size > 0]
-    return np.geomspace(size.min() / below, size.max() * above, count) if len(size) else np.ones(1)
+    return np.geomspace(size.min() / 10, size.max() * 10, count) if len(size) else np.ones(1)
 
 
 def around(poles: np.ndarray) -> np.ndarray:

@@ -113,14 +113,14 @@ def minimise(programme: Programme, x: np.ndarray, options: Options | None = None
     return _outcome(asked, x, message, closest=False)
 
 
-def least_violation(programme: Programme, x: np.ndarray, options: Options | None = None) -> Outcome:
+def least_violation(programme: Programme, x: np.ndarray) -> Outcome:
     """The point whose largest relative violation is smallest: minimise t subject to g(x) + t >= 0, by SLSQP.
 
     Floors of constraints hold meanwhile: a compromise between limits is looked for among stable loops.
     """
     from scipy.optimize import minimize
 
-    options = options or Options(tolerance=1e-9)
+    options = Options(tolerance=1e-9)
     asked, size = _Asked(programme), len(x)
     low, high = asked.bounds()
     last = np.eye(size + 1)[size]

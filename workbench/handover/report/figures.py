@@ -11,7 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from workbench.analysis.comfort import Mask, boundary, worst_ratio
+from workbench.analysis.comfort import Mask, worst_ratio
+from workbench.analysis.comfort_summary import mask_for
 from workbench.analysis.loop_curve import LoopCurve, loop_curves
 from workbench.analysis.spectra import Spectra, response_spectra
 from workbench.constants import GRAVITY
@@ -52,11 +53,11 @@ def root_figures(design: Design) -> list[str]:
     ]
 
 
-def spectrum_figures(design: Design, exposure: str) -> list[str]:
+def spectrum_figures(design: Design) -> list[str]:
     """Accelerations against the comfort boundary, gaps and currents: those the analysis has figures of."""
     spectra = response_spectra(design.problem.setting, design.gains)
     sets = "at the foremost and hindmost coil sets."
-    vertical, lateral = (boundary(exposure, direction).mask() for direction in ("vertical", "lateral"))
+    vertical, lateral = (mask_for(direction) for direction in ("vertical", "lateral"))
     pictures: dict[str, tuple[Callable[[Any], Any], str, str]] = {
         "acceleration_z": (
             lambda ax: plot_acceleration(spectra, "vertical", masks=[vertical], ax=ax),

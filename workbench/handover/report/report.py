@@ -36,7 +36,6 @@ def report_html(
     robustness: Mapping[str, Any] | None = None,
     table: GainTable | None = None,
     reserves: Reserves | None = None,
-    exposure: str = "1 h",
     created: datetime | None = None,
 ) -> str:
     """The report's text.
@@ -47,7 +46,6 @@ def report_html(
     robustness : case to figures (mappings may nest), or name to value, for its section
     table : the gain table of this design; its digest and versions are shown
     reserves : of these gains, if they are at hand already
-    exposure : of the comfort boundary of ISO 2631:1974, such as "1 h" or "2.5 h"
     created : time shown; the table's, or now, if left out
     """
     if table is not None and table.to_gains() != design.gains:
@@ -66,7 +64,7 @@ def report_html(
         ("Roots", figures(root_figures(design))),
         ("Trade-off", figures(trade_off_figures(design, trade_off))),
         ("Ride, strokes and currents", _ride(design) if responds else f"<p>{why_not}</p>"),
-        ("Spectra", figures(spectrum_figures(design, exposure)) if responds else ""),
+        ("Spectra", figures(spectrum_figures(design)) if responds else ""),
         ("Loops", figures(nyquist_figures(design)) if responds else ""),
         ("Robustness", _robustness(robustness or {})),
         ("Provenance", provenance(design, table, "cost J")),

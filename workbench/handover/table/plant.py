@@ -10,7 +10,7 @@ says is undecided, and why. Published schema: plant_table.schema.json, beside th
 
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from datetime import UTC, datetime
 from decimal import Decimal as Digits
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -197,16 +197,12 @@ class PlantTable(SignedTable):
         ]
 
 
-def plant_table(
-    design: "Design", *, measured: Mapping[str, Any] | None = None, created: datetime | None = None
-) -> PlantTable:
+def plant_table(design: "Design") -> PlantTable:
     """The table of a design of any plant.
 
     Parameters
     ----------
     design : its problem's models and structure, its values and verdicts
-    measured : further figures in JSON's types, stated and not proved
-    created : time of the table; now if left out
 
     Raises
     ------
@@ -217,10 +213,10 @@ def plant_table(
     document: dict[str, Any] = {
         "format": "maglev-workbench gain table", "version": VERSION, "problem": problem.name, "title": problem.title,
         "data_sha256": problem.data_sha256,
-        "created": (created or datetime.now(UTC)).astimezone(UTC).strftime("%Y-%m-%dT%H:%M:%SZ"),
+        "created": datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ"),
         "versions": versions(), "seed": design.seed, "solver": design.solver, "starts": len(design.starts),
         "models": [model_part(model) for model in problem.systems], "structure": structure_part(design.structure),
-        "measured": plain(dict(measured or {})), "requirements": [], "promises": [], "undecided": [],
+        "measured": {}, "requirements": [], "promises": [], "undecided": [],
     }  # fmt: skip
     judged = [(goal, verdict) for goal in problem.goals for verdict in design.verdicts if verdict.name == goal.name]
     asked: dict[str, list[Promise]] = {"": [Promise("stability", ">=", 0.0)]}

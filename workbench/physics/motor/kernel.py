@@ -177,10 +177,10 @@ def quadrature(lowest, lateral, kappa: float, width: float, accuracy: float) -> 
     return (np.arange(-half, half) + 0.5) * step, step
 
 
-def harmonics(geometry: np.ndarray, winding: Winding, last: float = LAST) -> tuple[int, ...]:
-    """The odd harmonics that reach the lowest corner with more than `last` of the fundamental's strength."""
+def harmonics(geometry: np.ndarray, winding: Winding) -> tuple[int, ...]:
+    """The odd harmonics that reach the lowest corner with more than `LAST` of the fundamental's strength."""
     lowest = _extent(geometry, 1, -1).min()
-    highest = 1 + np.log(1 / last) / (winding.wave_number * max(lowest, CLEARANCE))
+    highest = 1 + np.log(1 / LAST) / (winding.wave_number * max(lowest, CLEARANCE))
     return tuple(range(1, int(highest) + 1, 2))
 
 
