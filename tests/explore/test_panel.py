@@ -1,11 +1,13 @@
 """The panel without a browser: sliders move the session, refusals are shown, pictures are pictures."""
 
+import asyncio
 import math
 import struct
 
 import pytest
 
-from workbench.explore import explore
+from workbench.explore import Session, explore
+from workbench.explore.panel import REST
 from workbench.files.problem import load_problem
 
 
@@ -35,6 +37,44 @@ def test_a_moved_slider_moves_gains_verdict_and_picture(panel):
     assert panel.session.gains.K_zdot == panel.sliders["K_zdot"].value
     assert panel.image.value != before
     assert "not every requirement met" in panel.verdict.value
+
+
+def test_margins_and_failures_stand_when_the_sliders_have_come_to_rest(panel):
+    assert panel.first.value == ""  # nobody runs an event loop here
+    panel.settle()
+    assert "Margins, one point broken at a time" in panel.first.value
+    assert "least damping under a change" in panel.smallest.value
+    shown = panel.smallest.value
+    panel.sliders["K_zdot"].value *= 0.5
+    assert "opacity" in panel.first.value  # those of another position are faint
+    panel.settle()
+    assert "opacity" not in panel.first.value
+    assert panel.smallest.value != shown
+
+
+def test_in_an_event_loop_the_panel_settles_by_itself_after_the_last_move(panel):
+    async def moved():
+        panel.sliders["K_zdot"].value *= 0.9
+        at_once = panel.first.value
+        await asyncio.sleep(2 * REST)
+        return at_once, panel.first.value
+
+    at_once, later = asyncio.run(moved())
+    assert "Margins" not in at_once
+    assert "Margins" in later
+
+
+def test_a_move_judges_the_nominal_loop_and_leaves_reserves_for_later():
+    session = Session(load_problem("revenue_vehicle"))
+    session.move("K_h", 1.01 * session.gains.K_h)
+    shot = session.snapshot
+    assert not shot.complete
+    assert {"reserves", "reserve_verdicts"}.isdisjoint(shot.__dict__)
+    quick = len(shot.asked)
+    assert quick < len(session.problem.requirements)
+    _ = shot.reserve_verdicts
+    assert shot.complete
+    assert len(shot.asked) >= len(session.problem.requirements)
 
 
 def test_the_picture_is_a_png_of_the_stated_size(panel):

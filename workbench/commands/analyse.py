@@ -110,17 +110,18 @@ def _plant(loaded, gains: Path | None, report: Path | None, json: bool) -> None:
     from workbench.machine.writing import write_text
 
     result = plant_analysis(loaded, None if gains is None else read_values(gains, loaded.structure))
+    kept = result.reserves
     page = None if report is None else plant_report(result)
+    first = () if kept is None else first_tables(kept)
     finishing()
     if report is not None and page is not None:
         write_text(report, page)
     if json:
         emit_json(result.to_dict() | ({} if report is None else {"report": str(report)}))
         return
-    kept = result.reserves
     emit_rows(loaded.title or loaded.name, result.rows() if kept is None else first_rows(kept))
+    emit_first(first)
     if kept is not None:
-        emit_first(first_tables(kept))
         emit_rows("The loop and its goals", result.rows())
     for title, columns, rows in result.tables():
         emit_table(title, columns, rows)

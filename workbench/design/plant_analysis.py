@@ -7,6 +7,7 @@ What an unstable loop does not have (margins, peaks) is absent from the record's
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -66,17 +67,39 @@ class LoopPoles(Result):
         ]  # fmt: skip
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class PlantAnalysis(Result):
-    """The loops of a problem at given values; `margins` is None where a loop is unstable or nobody asked for them.
+    """The loops of a problem at given values.
 
-    reserves : margins, variations, sampled loops, where margins were asked for
+    whole : whether margins and reserves, computed when first looked at, are asked for
     """
 
     design: Design
     loops: tuple[LoopPoles, ...]
-    margins: LoopMargins | None
-    reserves: Reserves | None = None
+    whole: bool = True
+
+    @cached_property
+    def margins(self) -> LoopMargins | None:
+        """None where a loop is unstable or nobody asks for them."""
+        if not (self.whole and self.stable):
+            return None
+        with one_thread():
+            return loop_margins(self.design.problem.loops, self.design.structure.controller())
+
+    @cached_property
+    def reserves(self) -> Reserves | None:
+        """Margins, variations, sampled loops; None where nobody asks for them."""
+        if not self.whole:
+            return None
+        problem, found = self.design.problem, self.margins
+        loops, structure = problem.loops, self.design.structure
+        own = [] if problem.sample_time is None else [(problem.sample_time, 0.0)]
+        with one_thread():
+            return Reserves(
+                break_points=found.points if found else (), together=found.together if found else (),
+                variations=variations(loops, structure.controller()), sampled=sampled_cases(loops, structure, own),
+                frozen=(),
+            )  # fmt: skip
 
     @property
     def stable(self) -> bool:
@@ -138,14 +161,7 @@ def analysis_of(design: Design, *, margins: bool = True) -> PlantAnalysis:
     """The same of a design."""
     loops, K = design.problem.loops, design.structure.controller()
     poles = tuple(loop_poles(loop, K) for loop in loops)
-    asked = margins and all(loop.stable for loop in poles)
-    found = loop_margins(loops, K) if asked else None
-    own = [] if design.problem.sample_time is None else [(design.problem.sample_time, 0.0)]
-    kept = Reserves(
-        break_points=found.points if found else (), together=found.together if found else (),
-        variations=variations(loops, K), sampled=sampled_cases(loops, design.structure, own), frozen=(),
-    ) if margins else None  # fmt: skip
-    return PlantAnalysis(design=design, loops=poles, margins=found, reserves=kept)
+    return PlantAnalysis(design=design, loops=poles, whole=margins)
 
 
 def loop_poles(loop: Loop, K: Controller) -> LoopPoles:

@@ -13,10 +13,14 @@ from workbench.goals.ride.requirement import MarginRequirement, Requirement
 from workbench.goals.verdict import Verdict
 
 
-def verdicts(problem: Problem, analysis: Analysis) -> tuple[Verdict, ...]:
-    """One verdict per requirement; the peak sensitivity gets one per group of motion."""
+def verdicts(problem: Problem, analysis: Analysis, *, beside: bool | None = None) -> tuple[Verdict, ...]:
+    """One verdict per requirement; the peak sensitivity gets one per group of motion.
+
+    beside : True for reserves alone, which take longer than all the rest, False for the rest alone
+    """
     loop = Flown(problem.setting, analysis.gains, analysis)
-    return tuple(verdict for r in problem.requirements for verdict in r.judge(loop))
+    asked = [r for r in problem.requirements if beside is None or r.beside == beside]
+    return tuple(verdict for r in asked for verdict in r.judge(loop))
 
 
 def margin_verdicts(problem: Problem, gains: Gains) -> tuple[Verdict, ...]:

@@ -9,6 +9,7 @@ A slider shows the design, it does not hold it: whatever value the panel puts on
 rounded to the slider's step. Such an echo is no move, so the design keeps its digits and `undo` its steps.
 """
 
+from asyncio import TimerHandle, get_running_loop
 from collections.abc import Callable, Mapping
 from html import escape
 from math import floor, log10
@@ -20,13 +21,20 @@ from workbench.errors import InfeasibleError, InputError
 from workbench.explore.picture import Picture
 from workbench.explore.plant import PlantPicture, PlantSession
 from workbench.explore.session import Session
-from workbench.handover.report.style import table_block
+from workbench.handover.report.style import first_blocks, table_block
+from workbench.result import figure
 
 ECHO = 1e-7  # of a slider's range: the page computes its steps in per cent of it, to seven decimals
 STEPS = 60  # of a slider between two bounds
 SMALL = 0.1  # half range of a slider whose gain is zero
+REST = 0.3  # [s] without a move, after which margins and failures are computed anew
+STALE = "<style>.wb-explore .figures{opacity:.35}</style>"  # until then those shown are of another position
 STYLE = (
-    "<style>.wb-explore table{font-size:12px;line-height:1.25}"
+    "<style>.wb-explore .figures{display:grid;gap:0 2rem;"
+    "grid-template-columns:repeat(auto-fit,minmax(min(100%,24rem),1fr))}"
+    ".wb-explore .wide{overflow-x:auto}.wb-explore .missed{color:#b0281f}"
+    ".wb-explore h3{font-size:13px;margin:6px 0 0}.wb-explore .figures p{font-size:12px;margin:0}"
+    ".wb-explore table{font-size:12px;line-height:1.25}"
     ".wb-explore td,.wb-explore th{padding:1px 6px;text-align:right}"
     ".wb-explore th:first-child{text-align:left;font-weight:normal}</style>"
 )
@@ -56,7 +64,8 @@ class Explorer:
         self._quiet = False
         self.sliders = {name: self._slider(w, name) for names in self.session.groups.values() for name in names}
         self.image = w.Image(format="png", layout=w.Layout(width="100%", max_width="960px"))
-        self.verdict, self.table = w.HTML(), w.HTML()
+        self.verdict, self.table, self.smallest, self.first = w.HTML(), w.HTML(), w.HTML(), w.HTML()
+        self._resting: TimerHandle | None = None
         self.name = w.Text(placeholder="name of the design", layout=w.Layout(width="13em"))
         self.behind = w.Dropdown(options=["–"], description="behind", layout=w.Layout(width="15em"))
         self.file = w.Text(value="gains.json", description="file", layout=w.Layout(width="18em"))
@@ -81,9 +90,11 @@ class Explorer:
             [
                 w.HTML(STYLE),
                 self.verdict,
+                self.smallest,
                 w.HBox([accordion, w.VBox([self.image], layout=w.Layout(flex="1"))]),
                 w.HBox([b["optimise from here"], b["undo"], b["approved gains"], self.name, b["pin this design"],
                         b["unpin"], self.behind, self.file, b["export table"]], layout=w.Layout(flex_flow="row wrap")),
+                self.first,
                 self.table,
             ]
         )  # fmt: skip
@@ -160,12 +171,40 @@ class Explorer:
         self.behind.value = chosen if chosen in self.behind.options else "–"
 
     def _show(self, said: str = "") -> None:
+        """Shows the present position: at once what a move must show, and the rest when the sliders have come to rest.
+
+        Without an event loop, as in a script, `settle` is to be called.
+        """
+        self._draw(said)
+        if self.first.value and not self.first.value.startswith(STALE):
+            self.first.value, self.smallest.value = STALE + self.first.value, "…"
+        if self._resting is not None:
+            self._resting.cancel()
+        try:
+            self._resting = get_running_loop().call_later(REST, self.settle)
+        except RuntimeError:  # nobody runs a loop
+            self._resting = None
+
+    def settle(self) -> None:
+        """Shows verdicts on reserves, and the margins and failures of the present position."""
+        try:
+            rows, tables = self.session.settle()
+        except (InputError, InfeasibleError) as error:
+            self.smallest.value = escape(str(error))
+            return
+        self.first.value = first_blocks(tables)
+        self.smallest.value = escape(" · ".join(f"{name} {figure(value)}" for name, value, _ in rows))
+        self._draw("")
+
+    def _draw(self, said: str) -> None:
         shot = self.session.snapshot
         pinned = self.session.pins.get(self.behind.value)
         self.image.value = self._picture.png(shot, None if pinned is None else pinned.shot)
         word, colour = ("all requirements met", "#2b7a4b") if shot.met else ("not every requirement met", "#b0281f")
         if not shot.stable:
             word = "unstable"
+        elif shot.met and not shot.complete:
+            word = "met as far as the nominal loop goes; reserves follow"
         title = escape(self.session.problem.title or self.session.problem.name)
         self.verdict.value = f"<b>{title}</b> · <b style='color:{colour}'>{word}</b> {said}"
         heads, rows = self.session.comparison()

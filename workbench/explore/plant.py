@@ -10,8 +10,10 @@ from math import isfinite
 from pathlib import Path
 from typing import Any
 
+from workbench.analysis.first_tables import MarkedTable, first_rows, first_tables
 from workbench.analysis.loop_curve import LoopCurve
 from workbench.design.design import design
+from workbench.design.loop_margins import LoopMargins
 from workbench.design.plant_analysis import PlantAnalysis, plant_analysis
 from workbench.design.plant_curves import StepCurve, open_loop, step_curve
 from workbench.design.problem import Problem
@@ -45,11 +47,27 @@ class PlantShot:
         """Whether every loop is stable."""
         return self.analysis.stable
 
+    @property
+    def first(self) -> tuple[list[Row], tuple[MarkedTable, ...]]:
+        """What is read first: the smallest figures, and the tables; they take longer than all the rest."""
+        kept = self.analysis.reserves
+        return ([], ()) if kept is None else (first_rows(kept), first_tables(kept))
+
+    @property
+    def complete(self) -> bool:
+        """Whether every verdict is known."""
+        return True
+
+    @property
+    def margins(self) -> LoopMargins | None:
+        """Margins, where they have been asked for."""
+        return self.analysis.__dict__.get("margins")
+
     def shown(self) -> list[Row]:
         """Figures beside each other in the panel's table."""
         rows = [row for row in self.analysis.rows() if row[0] not in self.analysis.design.values]
-        if self.analysis.margins is not None:
-            rows += [("disk margin", min(m.disk.lower for m in self.analysis.margins.single), "")]
+        if self.margins is not None:
+            rows += [("disk margin", min(m.disk.lower for m in self.margins.single), "")]
         return rows
 
 
@@ -227,5 +245,4 @@ class PlantPicture:
 
 
 def _peak(shot: PlantShot) -> float | None:
-    margins = shot.analysis.margins
-    return None if margins is None else max(m.peak_sensitivity.upper for m in margins.single)
+    return None if shot.margins is None else max(m.peak_sensitivity.upper for m in shot.margins.single)

@@ -9,12 +9,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from workbench.analysis.first_tables import MarkedTable
 from workbench.control import GAIN_NAMES, Gains
 from workbench.control.gains import GAIN_UNITS, TIME_CONSTANTS
 from workbench.design.problem import Problem
 from workbench.errors import InputError, unknown_name
 from workbench.explore.snapshot import Snapshot, Sweep, snapshot
-from workbench.result import figure
+from workbench.result import Row, figure
 
 FACTORS = {"mass": (0.7, 1.3), "current_force": (0.7, 1.3), "gap_force": (0.7, 1.3)}  # of the nominal vehicle
 GROUPS = {
@@ -45,6 +46,10 @@ class Exploration:
     def snapshot(self) -> Any:
         """Everything shown at the present values; its `shown()` are rows."""
         raise NotImplementedError
+
+    def settle(self) -> tuple[list[Row], tuple[MarkedTable, ...]]:
+        """Completes the present position: verdicts on reserves; the smallest figures, and the tables, read first."""
+        return self.snapshot.first
 
     def to_dict(self) -> dict[str, Any]:
         """What `save` writes and `load` reads."""
@@ -152,6 +157,11 @@ class Session(Exploration):
             self._sweep = self._sweep or Sweep(self.problem.setting)
             self._shot = snapshot(self.problem, self.gains, moved=self.moved, sweep=self._sweep)
         return self._shot
+
+    def settle(self) -> tuple[list[Row], tuple[MarkedTable, ...]]:
+        """Completes the present position: verdicts on reserves; the smallest figures, and the tables, read first."""
+        _ = self.snapshot.reserve_verdicts
+        return self.snapshot.first
 
     def set(self, **gains: float) -> None:
         """Changes some of the seventeen; `undo` goes back. The last one named is the one the root locus moves."""

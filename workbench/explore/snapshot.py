@@ -6,19 +6,23 @@ The root locus takes the state matrix as a compiled function of the seventeen pa
 eigenvalues alone.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 
 import casadi as ca
 import numpy as np
 
 from workbench.analysis.analysis import Analysis, analyse
+from workbench.analysis.first_tables import MarkedTable, first_rows, first_tables
 from workbench.analysis.loop_curve import LoopCurve, loop_curves
+from workbench.analysis.reserves import Reserves
+from workbench.analysis.reserves import reserves as find_reserves
 from workbench.analysis.setting import Setting
 from workbench.analysis.spectra import Spectra, response_spectra
 from workbench.compiled import Buffered
 from workbench.control.gains import GAIN_NAMES, TIME_CONSTANTS, Gains
 from workbench.design.problem import Problem
-from workbench.design.verdict import verdicts
+from workbench.design.verdict import nominal_limits, verdicts
 from workbench.errors import unknown_name
 from workbench.goals.verdict import Verdict
 from workbench.result import Result, Row
@@ -34,6 +38,7 @@ SWEEP = np.linspace(-0.5, 0.5, 25)  # relative change of the gain that moves
 class Snapshot(Result):
     """One position of the sliders.
 
+    requirements : verdicts on the nominal loop; those on reserves take longer: `reserve_verdicts`
     spectra, loops : None and empty where the loop is unstable
     moved : name of the gain that the locus moves;  locus : (k, n) its roots, the middle row those of the gains
     """
@@ -46,6 +51,34 @@ class Snapshot(Result):
     loops: tuple[LoopCurve, ...]
     moved: str
     locus: np.ndarray
+    _problem: Problem = field(repr=False, compare=False)
+
+    @cached_property
+    def reserve_verdicts(self) -> tuple[Verdict, ...]:
+        """Verdicts on what must be kept in reserve, computed when first asked for."""
+        return verdicts(self._problem, self.analysis, beside=True)
+
+    @cached_property
+    def reserves(self) -> Reserves:
+        """Margins, failures, sampled loops, computed when first asked for."""
+        step = self._problem.sample_time
+        return find_reserves(self._problem.setting, self.gains, sampled=() if step is None else ((step, 0.0),))
+
+    @property
+    def first(self) -> tuple[list[Row], tuple[MarkedTable, ...]]:
+        """What is read first: the smallest figures, and the tables."""
+        ride = self.analysis.nonlinear
+        return first_rows(self.reserves, ride), first_tables(self.reserves, ride, nominal_limits(self._problem))
+
+    @property
+    def complete(self) -> bool:
+        """Whether every verdict is known."""
+        return "reserve_verdicts" in self.__dict__ or not any(r.beside for r in self._problem.requirements)
+
+    @property
+    def asked(self) -> tuple[Verdict, ...]:
+        """Every verdict that is known so far."""
+        return (*self.requirements, *(self.__dict__.get("reserve_verdicts") or ()))
 
     @property
     def stable(self) -> bool:
@@ -54,8 +87,8 @@ class Snapshot(Result):
 
     @property
     def met(self) -> bool:
-        """Whether the loop is stable and every requirement is met."""
-        return self.analysis.stable and all(v.met for v in self.requirements)
+        """Whether the loop is stable and every requirement is met, as far as is known."""
+        return self.analysis.stable and all(v.met for v in self.asked)
 
     def rows(self) -> list[Row]:
         a = self.analysis
@@ -67,13 +100,13 @@ class Snapshot(Result):
             ("smallest damping ratio", a.damping, ""),
             ("slowest decay", a.decay, "1/s"),
             ("peak sensitivity", max(peaks, default=None), ""),
-            *((f"{v.name} {v.sense} {v.limit:g}", v.value, v.unit) for v in self.requirements),
+            *((f"{v.name} {v.sense} {v.limit:g}", v.value, v.unit) for v in self.asked),
         ]
 
     def shown(self) -> list[Row]:
         """`rows()` for the eye: lengths in mm, times in ms, the limits in their labels too."""
-        rows = self.rows()[: -len(self.requirements) or None]
-        for v in self.requirements:
+        rows = self.rows()[: -len(self.asked) or None]
+        for v in self.asked:
             scale, unit = SHOWN_UNITS.get(v.unit, (1.0, "" if v.unit == "1" else v.unit))
             sense = "≤" if v.sense == "<=" else "≥"
             label = f"{v.name} {sense} {scale * v.limit:.4g} {unit}".rstrip()
@@ -97,10 +130,10 @@ def snapshot(problem: Problem, gains: Gains, *, moved: str = "K_h", sweep: "Swee
     analysis = analyse(problem.setting, gains, problem.name)
     whole = analysis.stable and analysis.cost is not None  # a rate without filter has roots only
     return Snapshot(
-        problem=problem.name, gains=gains, analysis=analysis, requirements=verdicts(problem, analysis),
+        problem=problem.name, gains=gains, analysis=analysis, requirements=verdicts(problem, analysis, beside=False),
         spectra=response_spectra(problem.setting, gains, SHOWN_HZ) if whole else None,
         loops=loop_curves(problem.setting, gains, LOOP_HZ) if whole else (),
-        moved=moved, locus=(sweep or Sweep(problem.setting))(gains, moved),
+        moved=moved, locus=(sweep or Sweep(problem.setting))(gains, moved), _problem=problem,
     )  # fmt: skip
 
 
