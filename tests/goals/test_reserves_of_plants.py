@@ -27,6 +27,7 @@ from workbench.goals.ride.other_loop import (
     VariedDamping,
     VariedDecay,
     VariedPeak,
+    VariedRms,
 )
 from workbench.lti.make import tf
 
@@ -35,6 +36,7 @@ EXAMPLES = [
     DelayBorne(0.01, points=("sensors",)),
     VariedDamping(0.3), VariedDecay(0.2, variations=("scale:angle:0.8", "weak:torque:0.7")),
     VariedPeak(1.6, variations=("scale:*", "weak:*")),
+    VariedRms(0.8, inputs=("torque",), outputs=("angle",), variations=("scale:*", "weak:torque:0.7")),
     SampledDamping(0.3, sample_time=0.05), SampledDecay(0.2, sample_time=0.05, delay_samples=0.5),
     SampledPeak(1.8, sample_time=0.02),
 ]  # fmt: skip
@@ -86,6 +88,11 @@ def test_rows_of_a_reserve_of_a_plant_have_the_gradients_of_differences(asked, l
 def test_what_data_say_of_a_plants_reserve_gives_the_same_goal(asked):
     again = goal_of(json.loads(json.dumps(data_of(asked))))
     assert data_of(again) == data_of(asked)
+
+
+def test_a_signal_may_have_a_colon_in_its_name():
+    assert Change.named("scale:a:b:0.9") == Change("scale", "a:b", 0.9)
+    assert Change.named("dead:a:b").name == "dead:a:b"
 
 
 def test_a_changed_plant_is_the_plant_with_that_signal_changed(loop):

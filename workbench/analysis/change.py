@@ -99,23 +99,32 @@ class Change:
     @classmethod
     def named(cls, name: str) -> "Change":
         """The change of a name; refuses one that says none."""
-        kind, *rest = name.split(":")
+        kind, _, rest = name.partition(":")
         if kind not in KINDS:
             raise unknown_name("variation", name, [*KINDS, *(f"{k}:*" for k in KINDS)])
         known = KINDS[kind]
-        wanted = ([] if known.on == VEHICLE else [f"<{known.on}>"]) + (["<number>"] if known.factor is None else [])
-        try:
-            amount = float(rest[-1]) if known.factor is None else None
-            sound = amount is None or (math.isfinite(amount) and (amount > 0 or not known.positive))
-        except (ValueError, IndexError):
-            amount, sound = None, False
-        if len(rest) != len(wanted) or not all(rest) or not sound:
+        target, amount, sound = rest, None, True
+        if known.factor is None:  # a signal's own name may hold a colon: the number is what follows the last one
+            target, _, number = rest.rpartition(":")
+            amount = _number(number)
+            sound = amount is not None and (amount > 0 or not known.positive)
+        if not sound or bool(target) != (known.on != VEHICLE):
+            wanted = ([] if known.on == VEHICLE else [f"<{known.on}>"]) + (["<number>"] if known.factor is None else [])
             size = "a positive number" if known.positive else "a number"
             raise InputError(
                 f"a variation {kind!r} is written {':'.join([kind, *wanted])}"
                 f"{f', with {size}' if known.factor is None else ''}; got {name!r}."
             )
-        return cls(kind, rest[0] if known.on != VEHICLE else "", amount)
+        return cls(kind, target, amount)
+
+
+def _number(text: str) -> float | None:
+    """A finite number; None where the text is none."""
+    try:
+        value = float(text)
+    except ValueError:
+        return None
+    return value if math.isfinite(value) else None
 
 
 def chosen_changes(

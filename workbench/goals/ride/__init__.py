@@ -20,6 +20,7 @@ from workbench.goals.ride.other_loop import (
     VariedDamping,
     VariedDecay,
     VariedPeak,
+    VariedRms,
 )
 from workbench.goals.ride.peak_change import PeakGapChange
 from workbench.goals.ride.peak_sensitivity import PeakSensitivity
@@ -31,6 +32,6 @@ for cls in (
     DampingRatio, DecayRate, PeakSensitivity, PatternDelayMargin, RmsGap, MeanSquareCurrents, StaticGapError,
     PeakGapChange, RideMask, MotorCurrent, RideCost, DiskMargin, GainMargin, PhaseMargin, DelayBorne, VariedDamping,
     VariedDecay, VariedPeak, SampledDamping, SampledDecay, SampledPeak, FrozenDamping,
-    CornerDecay,
+    CornerDecay, VariedRms,
 ):  # fmt: skip
     register(cls)

@@ -4,8 +4,7 @@ Source: guide, Definitions: Variations and losses; Sampled loop; Frozen loop at 
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import ClassVar
+from dataclasses import dataclass, replace
 
 from workbench.analysis import plant_reserves
 from workbench.analysis.change import Change, chosen_changes
@@ -25,6 +24,7 @@ from workbench.goals.ride.evaluated import Evaluated
 from workbench.goals.ride.flown import Flown
 from workbench.goals.ride.requirement import Found
 from workbench.goals.ride.reserve import Reserve, mirrored, told_apart_by_sides
+from workbench.goals.variance import Variance
 from workbench.goals.verdict import Verdict
 
 USUAL = ("scale:*", "mass:*", "force:*")  # of a vehicle, where none are named; of another plant the sensors' scales
@@ -39,7 +39,6 @@ class Varied(Reserve):
     """
 
     of_roots = True
-    at_commands: ClassVar[bool] = False  # whether it is a figure of the sensitivity there
 
     variations: tuple[str, ...] = ()
 
@@ -82,10 +81,13 @@ class Varied(Reserve):
         )
 
     def promises_on(self, loop: Loop, verdict: Verdict) -> tuple[Promise, ...]:
-        points = plant_reserves.commands_of(loop) if self.at_commands else ()
-        changes = self.changes_of(loop)
-        subjects = (Subject(points=points, scaled=((c.target, c.factor),)) for c in changes)
+        about = self.subject(loop)
+        subjects = (replace(about, scaled=((c.target, c.factor),)) for c in self.changes_of(loop))
         return self.promises_of(self.proof, verdict, subjects)
+
+    def subject(self, loop: Loop) -> Subject:
+        """What a promise of the figure speaks of, besides the change."""
+        return Subject()
 
     def measured(self, loop: Loop) -> Measure:
         """The figure of one loop: a number that is at most 1 where the limit is kept."""
@@ -139,11 +141,13 @@ class VariedPeak(Varied):
     """The peak sensitivity under every variation is at most this."""
 
     kind, sense, unit, proof = "peak sensitivity under variations", "<=", "1", "peak sensitivity"
-    at_commands = True
     keys = (Key("at_most", "limit"), Key("variations"))
 
     def measured(self, loop: Loop) -> Measure:
         return peak_measure(loop, self.limit, self.focus)
+
+    def subject(self, loop: Loop) -> Subject:
+        return Subject(points=plant_reserves.commands_of(loop))
 
     def rows_of(self, point: Evaluated) -> Rows:
         at, asked = point.reserve, self.asked_at(point.back_off)
@@ -155,6 +159,38 @@ class VariedPeak(Varied):
         if unstable:
             return [(None, f"{unstable[0]}, unstable")]
         return [max((v.peak_sensitivity, v.name) for v in among if v.peak_sensitivity is not None)]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class VariedRms(Varied):
+    """The rms of outputs under white noise of unit density at inputs is at most this under every variation [1/√s].
+
+    Outputs are as they are read: that of a scaled sensor is scaled. Of a plant of one's own; the rms values of a vehicle that differs are limits of its models (`[[model]]`).
+    """
+
+    kind, sense, unit, proof = "rms under variations", "<=", "1/√s", "variance"
+    keys = (Key("at_most", "limit"), Key("inputs"), Key("outputs"), Key("variations"))
+    of_roots = False
+
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        for name in ("inputs", "outputs"):
+            object.__setattr__(self, name, some_names(name, getattr(self, name)))
+        Varied.__post_init__(self)
+
+    def check(self, problem: str, setting: Setting) -> None:
+        raise InputError(
+            f"{self.name!r} is asked of plants of one's own; problem {problem!r} has a vehicle. State its models under "
+            "[[model]] and the limits on their rms values under [variation]."
+        )
+
+    def measured(self, loop: Loop) -> Measure:
+        return Variance(self.inputs, self.outputs, limit=self.limit).bind(loop).measure
+
+    def subject(self, loop: Loop) -> Subject:
+        return Subject(inputs=self.inputs, outputs=self.outputs)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
