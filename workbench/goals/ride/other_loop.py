@@ -165,8 +165,8 @@ class VariedPeak(Varied):
 class VariedRms(Varied):
     """The rms of outputs under white noise of unit density at inputs is at most this under every variation [1/√s].
 
-    Outputs are as they are read: that of a scaled sensor is scaled. Of a plant of one's own; rms values of vehicles that
-    differ are limits of models (`[[model]]`).
+    Outputs are as they are read: that of a scaled sensor is scaled. Of a plant of one's own; rms values of vehicles
+    that differ are limits of models (`[[model]]`).
     """
 
     kind, sense, unit, proof = "rms under variations", "<=", "1/√s", "variance"
