@@ -19,6 +19,7 @@ from workbench.goals.poles import Poles
 from workbench.goals.registry import data_of, goal, keys_of, known, register
 from workbench.goals.ride.cost import RideCost
 from workbench.goals.ride.flown import Flown
+from workbench.goals.ride.nonlinear import NonlinearRideCost
 from workbench.goals.ride.requirement import (
     Requirement,
     limit_keys,
@@ -39,7 +40,8 @@ def test_every_kind_is_looked_at_here():
     # a kind without an example would be checked by nothing below
     ours = {kind for kind, cls in known().items() if cls.__module__.startswith("workbench.")}
     reserves = {kind for kind, cls in known().items() if issubclass(cls, Reserve)}  # tests/goals/test_reserve_goals.py
-    assert ({g.kind for g in EVERY} | set(required_kinds()) | reserves | {RideCost.kind}) & ours == ours
+    costs = {RideCost.kind, NonlinearRideCost.kind}  # the second: tests/goals/test_nonlinear_goals.py
+    assert ({g.kind for g in EVERY} | set(required_kinds()) | reserves | costs) & ours == ours
 
 
 @pytest.fixture(scope="module")

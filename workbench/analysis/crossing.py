@@ -40,13 +40,23 @@ class Contacts:
     @property
     def per_hour(self) -> float:
         """Expected contacts in an hour, sets and surfaces added."""
-        return float(3600 * np.exp(self.logarithm).sum())
+        return float(np.exp(self.logarithm_per_hour))
+
+    @property
+    def logarithm_per_hour(self) -> float:
+        """Its logarithm, which does not vanish for a vehicle that never touches."""
+        return float(np.logaddexp.reduce(self.logarithm.ravel()) + np.log(3600))
 
     @property
     def worst(self) -> tuple[int, int]:
         """Which set, and floor (0) or wall (1), touches most often."""
         found = np.unravel_index(int(np.argmax(self.logarithm)), self.logarithm.shape)
         return int(found[0]), int(found[1])
+
+    @staticmethod
+    def named(coil_set: int, surface: int) -> str:
+        """One of them, in words."""
+        return f"{SURFACES[surface]}, set {coil_set + 1}"
 
 
 def crossings(setting: Setting, found: Passage) -> Contacts:

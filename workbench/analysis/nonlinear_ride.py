@@ -17,7 +17,7 @@ from scipy.fft import next_fast_len
 
 from workbench.analysis.closure import SIGNALS, GridLoop, Passage, adjoint, settled
 from workbench.analysis.closure_slope import Aim, Weights, pulled
-from workbench.analysis.crossing import SURFACES, Contacts, crossings
+from workbench.analysis.crossing import Contacts, crossings
 from workbench.analysis.drawn_ride import DrawnRides, drawn_rides
 from workbench.analysis.response import COST_POINTS, COST_SCALE, seen_guideway, spectrum_of
 from workbench.analysis.ride import weight
@@ -36,9 +36,10 @@ from workbench.result import Result, Row
 
 WEIGHTING = {"acceleration_z": "Wk", "acceleration_y": "Wd"}
 FELT = {"acceleration_z": "weighted_z", "acceleration_y": "weighted_y"}
-SHORTEST, LONGEST = 20.0, 80.0  # [s] periods of the grid: 6 decays of the slowest root, within these
+PERIODS = (20.0, 40.0, 80.0)  # [s] of the grid: the first with 6 decays of the slowest root; few, for smooth figures
 DECAYS = 6.0
 TIME_STEP = 0.02  # [s] nothing that the bend changes lies beyond 25 Hz
+FINER = 2.0  # times the period, and a time step so much shorter: for a second look
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,21 +110,25 @@ def nonlinear_ride(
             unit = UNITS.get(quantity, "m/s²")
             figures.append(RideFigure(f"{quantity}, {place}", unit, float(linear), size, size / linear))
     bent = cost + at.cost_change
-    met = at.crossings
+    met = at.contacts
     coil_set, surface = met.worst
     distance, sigma = float(met.distance[coil_set, surface]), float(met.sigma[coil_set, surface])
     return NonlinearRide(
         cost=bent, cost_ratio=bent / cost, figures=tuple(figures), contacts_per_hour=met.per_hour,
-        distance=distance, sigma=sigma, sigmas=distance / sigma, where=f"{SURFACES[surface]}, set {coil_set + 1}",
+        distance=distance, sigma=sigma, sigmas=distance / sigma, where=met.named(coil_set, surface),
     )  # fmt: skip
 
 
 @dataclass(frozen=True)
 class BentLoop:
-    """A stable loop and its fixed point, each part computed once, when asked for."""
+    """A stable loop and its fixed point, each part computed once, when asked for.
+
+    finer : times the period of the grid, and times as short a step
+    """
 
     setting: Setting
     gains: Gains
+    finer: float = 1.0
 
     @property
     def _bend(self) -> ForceBend:
@@ -138,8 +143,8 @@ class BentLoop:
     def _omega(self) -> tuple[float, np.ndarray]:
         """Period T [s] of the grid, and its frequencies [rad/s]."""
         decay = -self._closed.poles().real.max()
-        duration = float(np.clip(DECAYS / decay, SHORTEST, LONGEST))
-        count = 2 * next_fast_len(int(np.ceil(duration / TIME_STEP / 2)), real=True)
+        duration = self.finer * next((t for t in PERIODS if t * decay >= 0.999 * DECAYS), PERIODS[-1])
+        count = 2 * next_fast_len(int(np.ceil(self.finer * duration / TIME_STEP / 2)), real=True)
         return duration, 2 * np.pi / duration * np.arange(count // 2 + 1)
 
     @cached_property
@@ -229,7 +234,7 @@ class BentLoop:
         return drawn_rides(self.loop, [self._cost_weights, *each], rides=rides, seed=seed)
 
     @cached_property
-    def crossings(self) -> Contacts:
+    def contacts(self) -> Contacts:
         """Level crossings of the coils' distances."""
         assert self.found is not None
         return crossings(self.setting, self.found)
@@ -249,7 +254,7 @@ class BentLoop:
     @cached_property
     def contacts_slope(self) -> np.ndarray:
         """(17,) of the logarithm of the contacts per hour."""
-        loop, found, met = self.loop, self.found, self.crossings
+        loop, found, met = self.loop, self.found, self.contacts
         assert found is not None
         n = loop.sets
         share = np.exp(met.logarithm - met.logarithm.max())

@@ -6,14 +6,14 @@ Each goal of `goals.ride.reserve` adds tens of rows, far from met at first. All 
 cost it ten times as much at every step; one after another, each begins where the others hold.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 import numpy as np
 
 from workbench.design.problem import Problem
 from workbench.design.solve import finish
 from workbench.design.steering import Programme
-from workbench.goals.ride.requirement import Requirement
+from workbench.goals.ride.cost import RideCost
 from workbench.solve.smooth import Options, Outcome, minimise
 
 ITERATIONS = 40  # of each goal brought in
@@ -23,20 +23,21 @@ LAST = Options("slsqp", iterations=50, tolerance=1e-6)
 MET = -1e-3  # relative room of a goal that needs no solution of its own
 
 
-def nominal(requirements: Sequence[Requirement]) -> tuple[Requirement, ...]:
-    """The requirements that a search begins with: of the nominal loop."""
-    return tuple(r for r in requirements if not r.beside)
+def nominal(problem: Problem) -> Problem:
+    """The problem that a search begins with: of the nominal loop, whose forces are straight lines."""
+    kept = [goal for goal in problem.goals if not goal.beside]
+    return problem.with_goals(kept if any(not goal.hard for goal in kept) else [*kept, RideCost()])
 
 
 def bringer(problem: Problem, back_off: float) -> Callable[[np.ndarray], Outcome]:
     """From a solution for the nominal loop to one for all requirements; of a whole programme's variables."""
-    whole = Programme(problem, back_off=back_off)
+    whole, first = Programme(problem, back_off=back_off), Programme(nominal(problem), back_off=back_off)
 
     def brought(x: np.ndarray) -> Outcome:
-        held = list(nominal(problem.requirements))
+        held = list(first.problem.requirements)
         for goal in (r for r in problem.requirements if r.beside):
             held.append(goal)
-            programme = whole.with_requirements(held)
+            programme = first.with_requirements(held)
             if programme.at(x).constraints.min() < MET:
                 x = minimise(programme, x, Options("slp", iterations=ITERATIONS)).x
         return finish(whole, x, (1.0,), options=LAST)[0]

@@ -36,6 +36,7 @@ from workbench.design.steering import Programme
 from workbench.design.valley import in_valley
 from workbench.design.verdict import verdicts
 from workbench.errors import InputError, unknown_name
+from workbench.goals.ride.cost import RideCost
 from workbench.goals.verdict import Verdict
 from workbench.machine.budget import Deadline, current, keeping
 from workbench.machine.threads import one_thread
@@ -149,8 +150,7 @@ def _smooth_design(problem, starts, seed, solver, start, workers, on_start, mode
         return robust_design(problem, Variation(models=named), start=start, **options).design
     with one_thread():  # matrices of order 15 are slower on two threads than on one
         programme = Programme(problem, back_off=BACK_OFFS[0])  # refuses what cannot be designed, before any process
-        first = problem.with_requirements(nominal(problem.requirements))
-        beside = len(first.requirements) < len(problem.requirements)
+        first, beside = nominal(problem), any(goal.beside for goal in problem.goals)
         jobs = jobs_of(problem, starts, seed, solver, start)
         warm = [programme.start(gains) for gains in ([start] if start else []) + list(near)]
         if beside and not warm and problem.gains is not None and in_bounds(problem, problem.gains, "K_yaw"):
@@ -223,7 +223,7 @@ def finished(
         looked_at += [_as_they_are(problem, programme, x) for x in candidates]
         verified = [(_verified(problem, programme, outcome, solver), outcome) for outcome in ended]
         looked_at += [judged for judged, _ in verified]
-        best = _cheapest(looked_at)
+        best = _cheapest(looked_at, programme.ride_cost)
         if best is not None and sampled:
             chased = [_kept(problem, programme, j, outcome, solver) for j, outcome in verified if j is best]
             best = chased[0] if chased else best
@@ -231,10 +231,10 @@ def finished(
             begun = [_stable(programme, x) for x in [*candidates, *(o.x for o in ended)]]
             nearest = [least_violation(programme, x).x for x in begun]
             looked_at += [_as_they_are(problem, programme, x) for x in nearest]
-            best = _cheapest(looked_at)
+            best = _cheapest(looked_at, programme.ride_cost)
     except CUT_SHORT:
         looked_at += [_judged(problem, rounded(programme.gains(o.x)), o.binding) for o in ended]
-        best = _cheapest(looked_at)
+        best = _cheapest(looked_at, programme.ride_cost)
         if best is None:
             raise
     if best is None:
@@ -302,10 +302,10 @@ def _further(problem: Problem, programme: Programme, outcome: Outcome, solver: s
         yield _judged(problem, rounded(programme.gains(outcome.x)), outcome.binding)
 
 
-def _cheapest(looked_at: Sequence[_Judged]) -> _Judged | None:
+def _cheapest(looked_at: Sequence[_Judged], cost: RideCost) -> _Judged | None:
     """Of the gains that meet everything; None if none does."""
-    met = [j for j in looked_at if j.met and j.analysis.cost is not None]
-    return min(met, key=lambda j: j.analysis.cost or 0.0, default=None)
+    met = [(value, j) for j in looked_at if j.met and (value := cost.of(j.analysis)) is not None]
+    return min(met, key=lambda pair: pair[0], default=(0.0, None))[1]
 
 
 def rounded(gains: Gains) -> Gains:

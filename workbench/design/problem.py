@@ -83,7 +83,7 @@ class Problem(Result):
         if not isinstance(self.structure, Structure):
             object.__setattr__(self, "structure", _structure(self.structure, self.systems))
         if isinstance(self.models, VehicleModels):
-            for goal in self.requirements:
+            for goal in self.goals:
                 goal.check(self.name, self.setting)
         else:
             object.__setattr__(self, "goals", told_apart(self.goals))

@@ -92,7 +92,8 @@ class Programme:
         return {STABLE.name: STABLE, **self.asked}
 
     @cached_property
-    def _cost(self) -> RideCost:
+    def ride_cost(self) -> RideCost:
+        """The soft goal."""
         return next((g for g in self.problem.goals if isinstance(g, RideCost)), RideCost())
 
     @cached_property
@@ -228,7 +229,7 @@ class Programme:
         """Cost and constraint rows at the seventeen parameters, with their derivatives."""
         at = self.evaluated(theta)
         rows = [(row, r.floor(self.back_off)) for r in self.held.values() for row in r.steer(at)]
-        return Measured(*self._cost.cost(at), [row for row, _ in rows], tuple(floor for _, floor in rows))
+        return Measured(*self.ride_cost.cost(at), [row for row, _ in rows], tuple(floor for _, floor in rows))
 
     def evaluated(self, theta: np.ndarray) -> Evaluated:
         """Responses and mean squares at the seventeen parameters, and what else is asked of them."""

@@ -36,6 +36,7 @@ from workbench.files.refusal import sentence
 from workbench.files.schema import ProblemFile
 from workbench.goals.goal import Goal
 from workbench.goals.ride.cost import RideCost
+from workbench.goals.ride.nonlinear import NonlinearRideCost
 from workbench.goals.ride.requirement import Requirement, limit_keys, requirement_of
 from workbench.machine.reading import read_mapping, read_text
 from workbench.physics.guideway.irregularity import TYPES
@@ -232,7 +233,8 @@ class ProblemData:
 
     def goals(self) -> tuple[Goal, ...]:
         """The limits, what the blocks [[goal]] ask for, and the cost of the ride."""
-        return (*self.requirements(), *(goal_of(keys, vehicle=True) for keys in self.file.goal), RideCost())
+        cost = NonlinearRideCost() if self.file.problem.ride == "nonlinear" else RideCost()
+        return (*self.requirements(), *(goal_of(keys, vehicle=True) for keys in self.file.goal), cost)
 
     def points(self) -> dict[str, tuple[float, float, float]]:
         """Places at which the ride is judged, (x, y, z) from the cg [m]."""

@@ -18,6 +18,7 @@ Interval = tuple[Finite, Finite]
 class ProblemBlock(Block):
     title: Annotated[str, Field(min_length=3, max_length=200)]
     groups: tuple[Literal["heave_pitch", "sway_roll_yaw", "heave", "all"], ...] = Field(min_length=1, max_length=2)
+    ride: Literal["linear", "nonlinear"] = "linear"
 
 
 class InertiaBlock(Block):

@@ -12,6 +12,7 @@ from workbench.goals.ride.damping_ratio import DampingRatio
 from workbench.goals.ride.decay_rate import DecayRate
 from workbench.goals.ride.delay_margin import PatternDelayMargin
 from workbench.goals.ride.motor_current import MotorCurrent
+from workbench.goals.ride.nonlinear import ContactsPerHour, NonlinearRideCost
 from workbench.goals.ride.other_loop import (
     FrozenDamping,
     SampledDamping,
@@ -32,6 +33,6 @@ for cls in (
     DampingRatio, DecayRate, PeakSensitivity, PatternDelayMargin, RmsGap, MeanSquareCurrents, StaticGapError,
     PeakGapChange, RideMask, MotorCurrent, RideCost, DiskMargin, GainMargin, PhaseMargin, DelayBorne, VariedDamping,
     VariedDecay, VariedPeak, SampledDamping, SampledDecay, SampledPeak, FrozenDamping,
-    CornerDecay, VariedRms,
+    CornerDecay, VariedRms, NonlinearRideCost, ContactsPerHour,
 ):  # fmt: skip
     register(cls)

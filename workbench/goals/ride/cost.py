@@ -4,7 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.analysis.analysis import COST_POINTS, COST_SCALE
+from workbench.analysis.analysis import Analysis
+from workbench.analysis.response import COST_POINTS, COST_SCALE
 from workbench.constants import GRAVITY
 from workbench.errors import InputError
 from workbench.goals.goal import Goal, Rows
@@ -51,14 +52,17 @@ class RideCost(Goal):
         over = np.log(self.limit) if np.isfinite(self.limit) else 0.0
         return [(self.name, np.array([over - np.log(value)]), -slope[None] / value)]
 
+    def of(self, analysis: Analysis) -> float | None:
+        """J by exact measures; None where there is none."""
+        return analysis.cost
+
     def judge(self, loop: Flown) -> tuple[Verdict, ...]:
-        cost = loop.analysis.cost
-        met, where = (
-            cost is not None and cost <= self.limit,
-            "cg, front and rear" if cost is not None else "no response",
-        )
-        return (
-            Verdict(
-                name=self.name, sense=self.sense, limit=self.limit, value=cost, unit=self.unit, met=met, where=where
-            ),
-        )
+        cost = self.of(loop.analysis)
+        return (self.said(cost, "cg, front and rear" if cost is not None else "no response"),)
+
+    def said(self, cost: float | None, where: str, method: str = "") -> Verdict:
+        """The verdict on a cost; None is never met."""
+        return Verdict(
+            name=self.name, sense=self.sense, limit=self.limit, value=cost, unit=self.unit,
+            met=cost is not None and cost <= self.limit, where=where, method=method,
+        )  # fmt: skip

@@ -11,8 +11,10 @@ from typing import Protocol
 import numpy as np
 
 from workbench.analysis.loop_rows import ReserveAt
+from workbench.analysis.nonlinear_ride import BentLoop
 from workbench.analysis.reserve_loops import ReserveLoops
 from workbench.analysis.setting import Setting
+from workbench.control import GAIN_NAMES, Gains
 from workbench.control.loop import Subject
 
 
@@ -82,6 +84,11 @@ class Evaluated:
         if not self.kept:
             self.kept["reserve"] = ReserveLoops(self.setting)
         return ReserveAt(self.kept["reserve"], self.theta)
+
+    @cached_property
+    def bent(self) -> BentLoop:
+        """The ride with forces that bend."""
+        return BentLoop(self.setting, Gains(**dict(zip(GAIN_NAMES, self.theta.tolist(), strict=True))))
 
     @cached_property
     def poles(self) -> list[tuple[np.ndarray, np.ndarray]]:
