@@ -10,7 +10,7 @@ from workbench.analysis.break_points import BreakPoint, break_points, together
 from workbench.analysis.change import Change
 from workbench.analysis.comfort_summary import ComfortSummary, comfort_summary
 from workbench.analysis.setting import Setting
-from workbench.analysis.variations import Varied, varied
+from workbench.analysis.variations import Closed, closed
 from workbench.control import Gains
 from workbench.control.loop import Subject
 from workbench.lti.plant import Plant
@@ -23,7 +23,7 @@ class Flown:
     setting: Setting
     gains: Gains
     known: Analysis | None = field(default=None, repr=False)
-    _varied: dict[Change, Varied] = field(default_factory=dict, init=False, repr=False)
+    _changed: dict[Change, Closed] = field(default_factory=dict, init=False, repr=False)
 
     @cached_property
     def analysis(self) -> Analysis:
@@ -55,11 +55,12 @@ class Flown:
         """Margins of several signals at once, each with a factor of its own."""
         return together(self.setting, self.gains)
 
-    def varied(self, change: Change) -> Varied:
-        """The loop under one change."""
-        if change not in self._varied:
-            self._varied[change] = varied(self.setting, self.gains, change)
-        return self._varied[change]
+    def changed(self, change: Change) -> Closed:
+        """The loop under one change: its roots, and its peaks where they are asked for, which take most of the time."""
+        alike = change.alike
+        if alike not in self._changed:
+            self._changed[alike] = closed(self.setting, self.gains, alike)
+        return self._changed[alike]
 
     @cached_property
     def comfort(self) -> ComfortSummary:

@@ -11,8 +11,7 @@ from workbench.analysis.change import Change, chosen_changes
 from workbench.analysis.frozen import HEAVE, SWAY, frozen
 from workbench.analysis.sampled_cases import sampled_cases
 from workbench.analysis.setting import Setting
-from workbench.analysis.variations import Varied as VariedLoop
-from workbench.analysis.variations import check_change, listed
+from workbench.analysis.variations import PEAK_TOLERANCE, Closed, check_change, damping_of, listed
 from workbench.control.structure.loop import Loop
 from workbench.errors import InputError
 from workbench.goals.elsewhere import Elsewhere, Sampling, damping_measure, decay_measure, linear, peak_measure
@@ -65,9 +64,9 @@ class Varied(Reserve):
             kept[self.variations] = told_apart_by_sides(point.setting, self.changes(point.setting))
         return kept[self.variations]
 
-    def among(self, loop: Flown) -> list[VariedLoop]:
-        """The variations looked at."""
-        return [loop.varied(change) for change in self.changes(loop.setting)]
+    def among(self, loop: Flown) -> list[tuple[str, Closed]]:
+        """The variations looked at, and the loop under each."""
+        return [(change.name, loop.changed(change)) for change in self.changes(loop.setting)]
 
     def bind(self, loop: Loop) -> Bound:
         """The goal on a loop of any plant."""
@@ -112,7 +111,7 @@ class VariedDamping(Varied):
         return [(f"damping under {c.name}", *at.damping(at.whole.varied(c), asked)) for c in self.steered(point)]
 
     def found(self, loop: Flown) -> Found:
-        return [min((v.damping, v.name) for v in self.among(loop))]
+        return [min((damping_of(changed.poles), name) for name, changed in self.among(loop))]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -133,7 +132,7 @@ class VariedDecay(Varied):
         return [(f"decay under {c.name}", *at.damping(at.whole.varied(c), 0.0, asked)) for c in self.steered(point)]
 
     def found(self, loop: Flown) -> Found:
-        return [min((v.decay, v.name) for v in self.among(loop))]
+        return [min((changed.decay, name) for name, changed in self.among(loop))]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -155,10 +154,11 @@ class VariedPeak(Varied):
 
     def found(self, loop: Flown) -> Found:
         among = self.among(loop)
-        unstable = [v.name for v in among if v.peak_sensitivity is None]
+        unstable = [name for name, changed in among if not changed.stable]
         if unstable:
             return [(None, f"{unstable[0]}, unstable")]
-        return [max((v.peak_sensitivity, v.name) for v in among if v.peak_sensitivity is not None)]
+        peaks = ((name, changed.peaks(PEAK_TOLERANCE)) for name, changed in among)
+        return [max((peak, name) for name, each in peaks for peak in each.values() if peak is not None)]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
