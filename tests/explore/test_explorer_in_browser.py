@@ -83,8 +83,9 @@ def test_a_slider_moved_with_the_arrow_keys_changes_the_picture_and_is_kept(lab,
             "old => document.querySelector('.wb-explore .widget-readout').innerText !== old", arg=value, timeout=30_000
         )
         page.get_by_role("button", name="pin this design").click()
-        page.wait_for_function("() => document.querySelector('.wb-explore table').innerText.includes('design 1')")
-        table = page.locator(".wb-explore table").inner_text()
+        page.wait_for_function("() => document.querySelector('.wb-compare table').innerText.includes('design 1')")
+        table = page.locator(".wb-compare table").inner_text()
+        page.get_by_text("Margins, one point broken at a time").wait_for(timeout=60_000)  # once the sliders rest
         shown = os.environ.get("WORKBENCH_SCREENSHOT")  # a folder, to look at what a person would see
         page.screenshot(path=str(Path(shown or tmp_path) / "explorer.png"))
         browser.close()

@@ -99,6 +99,7 @@ class Explorer:
             ]
         )  # fmt: skip
         self.panel.add_class("wb-explore")
+        self.table.add_class("wb-compare")
         self._list_pins()
         self._show()
 

@@ -190,6 +190,7 @@ def _clearance(coils: CoilSet) -> ca.Function:
     return ca.Function("clearance", pose, list(clearance(coils, *pose)))
 
 
+@cache
 def energy_function(coils: CoilSet, order: int) -> tuple[list[ca.SX], list[ca.SX]]:
     """Symbols h, h', φ and the three energy parts W0, W1, W2 [H] as expressions in them."""
     pose = [ca.SX.sym(name) for name in ("h", "hp", "roll")]

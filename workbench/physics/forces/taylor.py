@@ -210,10 +210,14 @@ def _energy_polynomials(coils: CoilSet, gap: float, gap_lateral: float, degree: 
     pose, parts = energy_function(coils, order)
     energy = ca.Function("energy", [ca.vertcat(*pose)], [ca.vertcat(*parts)], {"cse": True})
     polynomials: list[list] = [[], [], []]
-    for n in range(1, degree + 1):
-        powers = [p for p in product(range(n + 1), repeat=3) if sum(p) == n]
-        directions = np.array(powers, dtype=float) / n
-        values = series(energy, np.array([gap, gap_lateral, 0.0]), directions, n)[n]
+    every = {n: [p for p in product(range(n + 1), repeat=3) if sum(p) == n] for n in range(1, degree + 1)}
+    lattices = [np.array(powers, dtype=float) / n for n, powers in every.items()]
+    along = series(energy, np.array([gap, gap_lateral, 0.0]), np.vstack(lattices), degree)  # all of them at once
+    ends = np.cumsum([len(directions) for directions in lattices])[:-1]
+    for (n, powers), directions, *orders in zip(
+        every.items(), lattices, *(np.split(a, ends) for a in along[1:]), strict=True
+    ):
+        values = orders[n - 1]
         lattice = np.array([[math.prod(c**e for c, e in zip(d, p, strict=True)) for p in powers] for d in directions])
         for polynomial, factors in zip(polynomials, np.linalg.solve(lattice, values).T, strict=True):
             polynomial.extend((p, float(factor)) for p, factor in zip(powers, factors, strict=True))
