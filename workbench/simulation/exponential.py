@@ -23,6 +23,8 @@ from workbench.simulation.period import SHORT_LAW, motion, resting_state
 from workbench.simulation.rig import Rig
 
 POSE_AND_VELOCITY = 10  # states before the currents
+ACCELERATION = slice(5, 10)  # in a rate
+ROUNDING = 1e-14  # of the largest entry of a row
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,12 +87,14 @@ class Exponential:
 
     @cached_property
     def _slopes(self) -> tuple[np.ndarray, ...]:
-        """Derivatives of the rate and of the deviations by state, surface and its rate, at rest."""
+        """Derivatives of the rate and of the deviations by state, surface, its rate and loads, at rest."""
         rest, n = resting_state(self.rig), self.rig.vehicle.count
-        x, surface, rate = ca.MX.sym("x", len(rest)), ca.MX.sym("surface", 2 * n), ca.MX.sym("rate", 2 * n)
-        flow, deviation, _ = self._motion(x, surface, rate)
-        wanted = [ca.jacobian(f, v) for f in (flow, ca.vec(deviation)) for v in (x, surface, rate)]
-        return tuple(M.full() for M in ca.Function("slopes", [x, surface, rate], wanted)(rest, 0.0, 0.0))
+        given = [
+            ca.MX.sym(name, size) for name, size in (("x", len(rest)), ("z", 2 * n), ("rate", 2 * n), ("loads", 5))
+        ]
+        flow, deviation, _ = self._motion(*given)
+        wanted = [ca.jacobian(f, v) for f in (flow, ca.vec(deviation)) for v in given]
+        return tuple(M.full() for M in ca.Function("slopes", given, wanted)(rest, 0.0, 0.0, 0.0))
 
     @property
     def A(self) -> np.ndarray:
@@ -120,12 +124,14 @@ class Exponential:
         currents = slice(POSE_AND_VELOCITY, POSE_AND_VELOCITY + self.rig.law.count)
         alpha = ca.MX.sym("alpha", self.rig.law.count)
         departed = ca.vertcat(x[: currents.start], alpha, x[currents.stop :])
-        flow, deviation, distance = self._motion(ca.DM(rest) + departed, surface, rate)
+        flow, deviation, distance = self._motion(ca.DM(rest) + departed, surface, rate, 0.0)
         r = flow - ca.mtimes(_sparse(np.hstack(self._slopes[:3])), ca.vertcat(departed, surface, rate))
-        by_current = ca.jacobian(r, alpha)
+        # currents act by accelerations, and what follows from those is as at rest
+        follows = _sparse(self._slopes[3] @ np.linalg.inv(self._slopes[3][ACCELERATION]))
+        by_current = ca.jacobian(r[ACCELERATION], alpha)
         back = _sparse(self._weights[2].T[currents])
-        lever = ca.DM.eye(alpha.shape[0]) - ca.mtimes(back, by_current)
-        corrected = r + ca.mtimes(by_current, _solved(lever, ca.mtimes(back, r - expected)))
+        lever = ca.DM.eye(alpha.shape[0]) - ca.mtimes(ca.mtimes(back, follows), by_current)
+        corrected = r + ca.mtimes(follows, ca.mtimes(by_current, _solved(lever, ca.mtimes(back, r - expected))))
         found = ca.vertcat(corrected, ca.vec(deviation), ca.vec(distance))
         whole = ca.Function("whole", [given, alpha], [ca.densify(found)])
         function = ca.Function("residual", [given], [whole(given, given[currents])])
@@ -174,7 +180,7 @@ class Exponential:
     def _read(self, linear, state, outside, values) -> Stretch:
         """Rates at the corrected states: linear part there, r where it was predicted."""
         N, sets = len(self.A), 3 * self.rig.vehicle.count
-        flow, seen = (np.hstack(self._slopes[j : j + 3]).T for j in (0, 3))
+        flow, seen = (np.hstack(self._slopes[j : j + 3]).T for j in (0, 4))
         both = np.concatenate([linear, outside], axis=2)
         linear_rate = both @ flow
         return Stretch(
@@ -196,7 +202,10 @@ def _solved(matrix: ca.MX, right: ca.MX) -> ca.MX:
 
 
 def _sparse(matrix: np.ndarray) -> ca.DM:
-    return ca.sparsify(ca.DM(matrix))
+    """Without what rounding left of zeros."""
+    return ca.sparsify(
+        ca.DM(np.where(np.abs(matrix) > ROUNDING * np.abs(matrix).max(axis=1, keepdims=True), matrix, 0.0))
+    )
 
 
 def phi_functions(Z: np.ndarray, count: int) -> list[np.ndarray]:

@@ -85,17 +85,19 @@ def period(rig: Rig) -> Period:
 
 
 def motion(rig: Rig) -> ca.Function:
-    """Function (state, ζ and η (2n), their rates (2n)) -> rate of the state, deviations (3, n), distances (2, n) of the
-    filaments of each set from floor and wall [m]; of a continuous law, without noise, nothing failed.
+    """Function (state, ζ and η (2n), their rates (2n), loads (5)) -> rate of the state, deviations (3, n), distances
+    (2, n) of the filaments of each set from floor and wall [m]; of a continuous law, without noise, nothing failed.
     """
     n, m = rig.vehicle.count, rig.law.count
     plant, resting, exogenous = _plant(rig, rig.vehicle.spread), resting_state(rig), _still(rig)
     law = _Law(rig, _error(rig, plant))
     x, surface, surface_rate = ca.MX.sym("state", len(resting)), ca.MX.sym("surface", 2 * n), ca.MX.sym("rate", 2 * n)
-    outside = ca.vertcat(ca.DM(exogenous[: 2 * n]) + surface, ca.DM(exogenous[2 * n :]))
+    loads = ca.MX.sym("loads", 5)
+    outside = ca.vertcat(ca.DM(exogenous[: 2 * n]) + surface, ca.DM(exogenous[2 * n : 3 * n]),
+                         ca.DM(exogenous[3 * n :]) + loads)  # fmt: skip
     noise, strength = ca.MX.zeros(4 * m), ca.MX(ca.DM(rig.point.strength))
     rate, deviation = law.flow(plant, x, outside, surface_rate, noise, strength, None)
-    return ca.Function("motion", [x, surface, surface_rate], [rate, deviation, _clearances(rig, n)(deviation)])
+    return ca.Function("motion", [x, surface, surface_rate, loads], [rate, deviation, _clearances(rig, n)(deviation)])
 
 
 def resting_state(rig: Rig) -> np.ndarray:

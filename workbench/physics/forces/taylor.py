@@ -66,15 +66,16 @@ class TaylorLaw:
 
     def forces(self, gap_change, gap_lateral_change, roll, alpha):
         """F_L [N], F_G [N], L [N m], elementwise; see ForceLaw."""
-        deviation = (gap_change, gap_lateral_change, roll, alpha)
+        pose = (gap_change, gap_lateral_change, roll)
         forces = []
         for axis in range(3):
-            total = 0.0
-            for powers, factor in self.energy:
+            by_alpha = [0.0, 0.0, 0.0]  # polynomials in the pose, which a slope by α shares
+            for (*powers, alpha_power), factor in self.energy:
                 if powers[axis]:
                     lowered = tuple(power - (position == axis) for position, power in enumerate(powers))
-                    total = total + powers[axis] * factor * _monomial(deviation, lowered)
-            forces.append(total)
+                    term = powers[axis] * factor * _monomial(pose, lowered)
+                    by_alpha[alpha_power] = by_alpha[alpha_power] + term
+            forces.append(by_alpha[0] + alpha * (by_alpha[1] + alpha * by_alpha[2]))
         return tuple(forces)
 
     @property
