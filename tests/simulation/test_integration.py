@@ -122,6 +122,13 @@ def test_a_step_at_which_a_decaying_pole_grows_is_refused_with_the_largest_that_
     rig("comfort_limit", step=0.004, sample_time=0.001)  # a whole fraction of the sample time, and commands are held
 
 
+def test_a_step_between_fine_and_unstable_is_warned_of_in_the_record():
+    assert rig("comfort_limit").warning is None
+    coarse = rig("comfort_limit", step=0.002)
+    assert "(|λ| = 863.1 1/s) is not resolved by the step of 2 ms" in coarse.warning
+    assert "0.579 ms resolves it" in coarse.warning
+
+
 def test_the_region_of_runge_kutta_ends_where_its_growth_passes_one():
     def growth(z):
         return abs(1 + z + z**2 / 2 + z**3 / 6 + z**4 / 24)

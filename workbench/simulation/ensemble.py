@@ -30,6 +30,7 @@ class MonteCarlo(Result):
     rms, standard_error : quantity to {place: value}; the error of the rms from the scatter between runs
     runs, finished : started, and of these without contact;  contacts : where the others touched
     factor : on all heights;  limited : share of the time with a command at its limit
+    warning : a sentence where the step is coarse for the fastest pole
     """
 
     rms: Mapping[str, Mapping[str, float]]
@@ -39,6 +40,7 @@ class MonteCarlo(Result):
     contacts: tuple[Contact, ...]
     factor: float
     limited: float
+    warning: str | None = None
 
     def ratio(self, reference: Mapping[str, Mapping[str, float | None]]) -> dict[str, dict[str, tuple[float, float]]]:
         """(rms, standard error) over factor × a reference rms such as `Analysis.rms`, where it has the value."""
@@ -121,6 +123,7 @@ def monte_carlo(
         contacts=tuple(contacts),
         factor=factor,
         limited=limited,
+        warning=rig.warning,
     )
 
 

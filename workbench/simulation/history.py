@@ -44,7 +44,7 @@ class History(Result):
     gap, gap_lateral : (n, k) changes from the nominal gaps [m], one per coil set;  rest : (2, n) the same at rest
     floor, wall : (n,) smallest clearance of each set's filaments [m], over every step
     contact : the first touch, or None;  limited : share of the steps at which a command was cut to its limit
-    duration : asked for [s]
+    duration : asked for [s];  warning : a sentence where the step is coarse for the fastest pole
     """
 
     time: np.ndarray
@@ -63,6 +63,7 @@ class History(Result):
     contact: Contact | None
     limited: float
     duration: float
+    warning: str | None = None
 
     def point_acceleration(self, place, direction: str) -> np.ndarray:
         """(k,) acceleration at (x, y, z) from the centre of gravity, "z" down or "y" right, to first order."""
@@ -74,7 +75,8 @@ class History(Result):
         parts = {name: getattr(self, name)[..., kept] for name in (
             "time", "pose", "velocity", "acceleration", "current", "command", "motor", "motor_command", "gap",
             "gap_lateral")}  # fmt: skip
-        rest = {name: getattr(self, name) for name in ("rest", "floor", "wall", "contact", "limited", "duration")}
+        whole = ("rest", "floor", "wall", "contact", "limited", "duration", "warning")
+        rest = {name: getattr(self, name) for name in whole}
         return History(**parts, **rest)
 
     def rows(self) -> list[Row]:

@@ -19,6 +19,7 @@ from workbench.physics.vehicle.operating import OperatingPoint
 INTEGRATORS = ("rk", "cvodes")
 LONGEST_STEP = 0.004  # [s]; half a metre of guideway at 134 m/s
 RESOLUTION = 0.5  # largest |λ| × step of the step chosen: fourth order then errs by 1e-6 in the rms of a ride
+COARSE = 1.0  # |λ| × step above which a warning is due
 RUNGE_KUTTA = (1 / 24, 1 / 6, 1 / 2, 1.0, 1.0)  # what a step of the four-stage method multiplies e^{λt} by, in λh
 REACHABLE = 1e-9  # of the largest resting current: what two trims of one equilibrium may differ by
 
@@ -184,6 +185,11 @@ class Rig:
         return self.period / self.substeps
 
     @property
+    def warning(self) -> str | None:
+        """A sentence where the step is stable but coarse."""
+        return coarseness(self.poles, self.step_used) if self.integrator == "rk" else None
+
+    @property
     def period(self) -> float:
         """Time between two samples, or the integration step of a continuous law [s]."""
         return self._wanted_step if self.sample_time is None else self.sample_time
@@ -192,6 +198,17 @@ class Rig:
     def substeps(self) -> int:
         """Integration steps in a period."""
         return 1 if self.sample_time is None else int(np.ceil(self.sample_time / self._wanted_step - 1e-9))
+
+
+def coarseness(poles: np.ndarray, step: float) -> str | None:
+    """What to say of a step [s] that the fastest pole outruns; None where it is resolved."""
+    fastest = float(np.abs(poles).max(initial=0.0))
+    if fastest * step <= COARSE:
+        return None
+    return (
+        f"the fastest pole (|λ| = {fastest:.4g} 1/s) is not resolved by the step of {1e3 * step:.3g} ms: what moves as "
+        f"fast is inexact. A step of {1e3 * RESOLUTION / fastest:.3g} ms resolves it."
+    )
 
 
 def largest_step(poles: np.ndarray) -> tuple[float, complex]:

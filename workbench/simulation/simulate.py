@@ -122,7 +122,7 @@ class Simulator:
         time = self.rig.period * keep_every * np.arange(readings.shape[1])
         return History(
             time=time, **parts, rest=self.rig.point.deviation[:2], floor=smallest[0], wall=smallest[1],
-            contact=contact, limited=float(limited), duration=float(duration),
+            contact=contact, limited=float(limited), duration=float(duration), warning=self.rig.warning,
         )  # fmt: skip
 
 

@@ -33,7 +33,7 @@ from workbench.simulation.flight import Flight, flown_over
 from workbench.simulation.flown import Flown, Rate, Touch, ride_figures
 from workbench.simulation.history import Contact
 from workbench.simulation.reading import Reader
-from workbench.simulation.rig import LONGEST_STEP, Rig
+from workbench.simulation.rig import LONGEST_STEP, Rig, coarseness
 from workbench.study.cluster import cluster
 from workbench.study.executor import local, serial
 from workbench.study.folder import workbench_sha256
@@ -44,7 +44,6 @@ LONGEST = 120.0  # of a flight [s]: of the heights' mean square, waves beyond it
 SHORTEST = 10.0  # [s]
 COARSEST = 0.2  # between points of a guideway [m]: unweighted accelerations miss 0.3 % of their rms, at 134 m/s
 ORDER = 5  # of the expansion flown unless the exact law is asked for
-TURNED = 1.0  # |λ| × step above which a warning is due
 SURFACES = ("floor", "wall", "diverged")
 HEAD = 5  # entries of a row before the sums: seconds, contacts, and time, set and surface of the first contact
 WORK = "the flights, of which those finished stand"
@@ -275,14 +274,5 @@ def _summed(task: FlightTask, rows: list[tuple[int, list[Any]]], seeds: int, law
         figures=ride_figures(task.reader.names, numbers[clear, 0], sums[clear, 0], sums[clear, 1]),
         flights=len(rows), planned=task.planned, duration=task.duration, seeds=seeds, seed=task.seed,
         factor=task.factor, force_law=law, speed=task.rig.vehicle.speed, step=task.step, spacing=task.spacing,
-        fastest_pole=fastest, warning=_warning(fastest, task.step),
+        fastest_pole=fastest, warning=coarseness(task.rig.poles, task.step),
     )  # fmt: skip
-
-
-def _warning(fastest: float, step: float) -> str | None:
-    if fastest * step <= TURNED:
-        return None
-    return (
-        f"the fastest pole (|λ| = {fastest:.4g} 1/s) is not resolved by the step of {1e3 * step:.3g} ms; what the "
-        f"nonlinear force adds to it is inexact. A step of {500 / fastest:.3g} ms resolves it."
-    )
