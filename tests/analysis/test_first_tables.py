@@ -6,7 +6,7 @@ import pytest
 
 from workbench.analysis.first_tables import Limits, first_rows, first_tables
 from workbench.analysis.frozen import Frozen
-from workbench.analysis.nonlinear_ride import NonlinearRide, RideFigure
+from workbench.analysis.nonlinear_ride import BentFigure, NonlinearRide
 from workbench.analysis.reserves import NOTHING, Reserves
 from workbench.analysis.sampled_cases import SampledCase
 from workbench.analysis.variations import Varied
@@ -44,7 +44,7 @@ RESERVES = Reserves(
     ),
 )  # fmt: skip
 RIDE = NonlinearRide(
-    cost=44.0, cost_ratio=1.1, figures=(RideFigure("gap, front", "m", 0.02, 0.03, 1.5),), contacts_per_hour=2.5,
+    cost=44.0, cost_ratio=1.1, figures=(BentFigure("gap, front", "m", 0.02, 0.03, 1.5),), contacts_per_hour=2.5,
     distance=0.15, sigma=0.03, sigmas=5.0, where="floor, set 1",
 )  # fmt: skip
 

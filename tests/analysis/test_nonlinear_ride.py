@@ -15,6 +15,7 @@ from workbench.control import Gains
 from workbench.files.problem import load_problem
 from workbench.physics.guideway.irregularity import TYPES
 from workbench.physics.vehicle.curvature import ForceBend
+from workbench.study.flights import fly
 
 # the report's gains with shorter lateral filters: forces that bend show in the vertical ride at the front
 SHORT = Gains(
@@ -116,6 +117,18 @@ def test_drawn_guideways_agree_with_the_closure():
     after = at.loop.mean_squares(at.found.felt)
     # four standard errors of 16 rides, and the 3 % that the closure may miss
     assert np.all(np.abs(after / before - drawn.ratio[1:]) < 4 * drawn.error[1:] + 0.03)
+
+
+@pytest.mark.slow
+def test_hours_of_flight_agree_with_the_closure():
+    problem = load_problem("revenue_vehicle")
+    flown = fly(problem, hours=0.1, seeds=8, workers=1)
+    told = analyse(problem.setting, problem.approved).nonlinear
+    ratio = {f.name: f.ratio for f in told.figures} | {"cost, ": told.cost_ratio}
+    for figure in flown.figures:
+        # cost within 3 %, rms within 5 %, and three standard errors of six minutes of flight
+        allowed = (0.03 if figure.quantity == "cost" else 0.05) + 3 * figure.standard_error
+        assert figure.ratio == pytest.approx(ratio[f"{figure.quantity}, {figure.place}"], abs=allowed)
 
 
 def test_crossings_are_those_of_a_drawn_process():

@@ -11,8 +11,8 @@ H = E[∂²r/∂d²], R(τ) the correlations of d and K(τ) the answers of d to 
 
 The noise drives the loop, the memory acts in it, R and K are those of the loop so changed. Source: Kraichnan's direct
 interaction approximation (J. Fluid Mech. 5 (1959) 497), with Gaussian averages of the force for its values at rest.
-Limits: the deviations stay near to Gaussian; terms beyond the second of the force's expansion in Hermite polynomials
-count in the averages only.
+Limits: the deviations stay near to Gaussian. Terms beyond the second of the force's expansion in Hermite polynomials
+count in the averages only; bursts of flutter, in which a vehicle loses its damping for seconds, do not count at all.
 
 Arrays: K frequencies k/T, k = 0 … N/2; m = 4n deviations of n sets, p = 3n forces. Densities are two-sided per hertz.
 """

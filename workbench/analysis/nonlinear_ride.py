@@ -43,7 +43,7 @@ FINER = 2.0  # times the period, and a time step so much shorter: for a second l
 
 
 @dataclass(frozen=True, slots=True)
-class RideFigure:
+class BentFigure:
     """One rms, with straight and with bent forces."""
 
     name: str
@@ -65,7 +65,7 @@ class NonlinearRide(Result):
 
     cost: float
     cost_ratio: float
-    figures: tuple[RideFigure, ...]
+    figures: tuple[BentFigure, ...]
     contacts_per_hour: float
     distance: float
     sigma: float
@@ -108,7 +108,7 @@ def nonlinear_ride(
                 continue
             size = float(np.sqrt(max(linear**2 + change[quantity, place], 0.0)))
             unit = UNITS.get(quantity, "m/s²")
-            figures.append(RideFigure(f"{quantity}, {place}", unit, float(linear), size, size / linear))
+            figures.append(BentFigure(f"{quantity}, {place}", unit, float(linear), size, size / linear))
     bent = cost + at.cost_change
     met = at.contacts
     coil_set, surface = met.worst
