@@ -171,9 +171,9 @@ def loop_poles(loop: Loop, K: Controller) -> LoopPoles:
         raise InputError(f"the loop of {loop.name!r} must have finite poles; its matrices overflow. Check the values.")
     lasting = poles if h is None else np.log(poles[np.abs(poles) > PASSED]) / h
     size = np.abs(lasting)
-    damping = np.where(size > 0, -lasting.real / np.where(size > 0, size, 1.0), 0.0)
+    damping = np.where(size > 0, (0.0 - lasting.real) / np.where(size > 0, size, 1.0), 0.0)
     order = np.argsort(-poles.real if h is None else -np.abs(poles), kind="stable")
     return LoopPoles(
         model=loop.name, stable=loop.unstable_poles(K) == 0, poles=poles[order],
-        damping=float(damping.min(initial=1.0)), decay=float((-lasting.real).min(initial=np.inf)), sample_time=h,
+        damping=float(damping.min(initial=1.0)), decay=float((0.0 - lasting.real).min(initial=np.inf)), sample_time=h,
     )  # fmt: skip

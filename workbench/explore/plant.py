@@ -223,8 +223,9 @@ class PlantPicture:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
 
-        drawn = Figure(figsize=SIZE, dpi=DPI, facecolor="white", layout="constrained")
+        drawn = Figure(figsize=SIZE, dpi=DPI, facecolor="white")
         (measured, commanded), (loops, poles) = drawn.subplots(2, 2)
+        drawn.subplots_adjust(left=0.07, right=0.985, bottom=0.08, top=0.94, wspace=0.2, hspace=0.34)
         for shot in (pinned, now):
             if shot is None:
                 continue
