@@ -86,9 +86,9 @@ class _Memory:
         for i, value in fixed.items():
             self.arguments[i][...] = value
         for i, array in enumerate(self.arguments):
-            self._buffer.set_arg(i, memoryview(array.T))
+            self._buffer.set_arg(i, memoryview(array.T))  # pyright: ignore[reportCallIssue]
         for i, array in enumerate(self.results):
-            self._buffer.set_res(i, memoryview(array.T))
+            self._buffer.set_res(i, memoryview(array.T))  # pyright: ignore[reportCallIssue]
 
 
 def _from_cache(function: ca.Function, cc: str) -> ca.Function:

@@ -73,7 +73,7 @@ class GridLoop:
 
     def in_time(self, spectrum: np.ndarray) -> np.ndarray:
         """∫ spectrum(f) exp(2πjfτ) df of (K, a, b) at the N times, (a, b, N)."""
-        return irfft(np.moveaxis(spectrum, 0, -1), n=self.count) * (self.count / self.duration)
+        return irfft(np.moveaxis(spectrum, 0, -1), n=self.count) * (self.count / self.duration)  # pyright: ignore[reportOperatorIssue]
 
     def in_frequency(self, history: np.ndarray) -> np.ndarray:
         """∫ history(τ) exp(−2πjfτ) dτ of (a, b, N), (K, a, b); a history of fewer times is zero after them."""

@@ -92,7 +92,7 @@ def _averaged(found: Passage, slope_w: np.ndarray, noise_w: np.ndarray, force_w:
     inner = sum(R[:, None, :, :, None, d] * part[:, :, None, :, :, d] for d in range(SIGNALS))  # (n, 3, 4, n, 4, N)
     # memory
     ends = (H.reshape(n, -1, SIGNALS) @ Z).reshape(n, 3, n, 3, SIGNALS, half)
-    inner[..., :half] += sum(K[:, None, :, :, None, k] * ends[:, :, None, :, k] for k in range(3))
+    inner[..., :half] += sum(K[:, None, :, :, None, k] * ends[:, :, None, :, k] for k in range(3))  # pyright: ignore[reportIndexIssue]
     flat = inner.reshape(n, 3 * SIGNALS, -1)
     R_w = np.swapaxes(by_signal(H), 1, 2) @ flat
     H_w = (flat @ np.swapaxes(R.reshape(n, SIGNALS, -1), 1, 2)).reshape(n, 3, SIGNALS, SIGNALS)
@@ -101,7 +101,7 @@ def _averaged(found: Passage, slope_w: np.ndarray, noise_w: np.ndarray, force_w:
     K_w = sum(
         found.once[:, k, :, :, None, c, :half] * ends[:, k, None, :, :, c] for k in range(3) for c in range(SIGNALS)
     )
-    K_w[..., 0] *= 0.5
+    K_w[..., 0] *= 0.5  # pyright: ignore[reportIndexIssue]
     slopes_w = np.stack([
         slope_w[:, 3 * i : 3 * i + 3, SIGNALS * i : SIGNALS * (i + 1)].real.sum(0) for i in range(n)
     ])  # fmt: skip
@@ -123,10 +123,10 @@ def _averaged(found: Passage, slope_w: np.ndarray, noise_w: np.ndarray, force_w:
 
 def _from_frequency(loop: GridLoop, weight: np.ndarray) -> np.ndarray:
     """Weights of a history, from those of its `in_frequency`."""
-    return irfft(np.moveaxis(weight, 0, -1) / loop.folds, n=loop.count) * (loop.count * loop.time_step)
+    return irfft(np.moveaxis(weight, 0, -1) / loop.folds, n=loop.count) * (loop.count * loop.time_step)  # pyright: ignore[reportOperatorIssue]
 
 
 def _to_frequency(loop: GridLoop, weight: np.ndarray) -> np.ndarray:
     """Weights of a spectrum, from those of its `in_time`."""
-    spectrum = rfft(weight, n=loop.count) * (loop.folds / loop.duration)
+    spectrum = rfft(weight, n=loop.count) * (loop.folds / loop.duration)  # pyright: ignore[reportOperatorIssue]
     return np.ascontiguousarray(np.moveaxis(spectrum, -1, 0))

@@ -240,7 +240,7 @@ def worst_band(bands: ThirdOctaves, limit: Boundary) -> LimitRatio:
             f"a band must be centred within {low:g}…{high:g} Hz, where the boundary holds; got none. Give bands there."
         )
     f = bands.frequency_hz[inside]
-    ratio = bands.rms[inside] / limit.rms(np.clip(f, *limit.frequency_hz[:: len(limit.frequency_hz) - 1]))
+    ratio = bands.rms[inside] / limit.rms(np.clip(f, *limit.frequency_hz[:: len(limit.frequency_hz) - 1]))  # pyright: ignore[reportCallIssue]
     at = int(np.argmax(ratio))
     return LimitRatio(
         name=limit.name, ratio=float(ratio[at]), frequency_hz=float(f[at]), low_hz=float(f[0]), high_hz=float(f[-1]),

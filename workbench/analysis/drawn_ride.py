@@ -78,7 +78,7 @@ def _settled(loop: GridLoop, force, noise: np.ndarray) -> np.ndarray | None:
         if not np.abs(deviations).max() < FAR:
             return None
         forces = force(deviations.reshape(loop.count, loop.sets, SIGNALS)).reshape(loop.count, -1)
-        after = (rfft(forces, axis=0) / loop.count @ loop.loads.T)[:, :, None]
+        after = (rfft(forces, axis=0) / loop.count @ loop.loads.T)[:, :, None]  # pyright: ignore[reportOperatorIssue]
         made, changes = [*made, after][-REMEMBERED:], [*changes, after - loads][-REMEMBERED:]
         if np.abs(changes[-1]).max() <= SETTLED * np.abs(after).max():
             return after

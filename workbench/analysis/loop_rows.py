@@ -134,7 +134,7 @@ class ReserveAt:
         one = np.ones((1, 1))
 
         def slope(at: int) -> np.ndarray:
-            return sum(self._slope(part, at, one) for part in point.parts)
+            return np.sum([self._slope(part, at, one) for part in point.parts], axis=0)
 
         return S - 0.5, slope
 

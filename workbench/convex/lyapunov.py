@@ -52,7 +52,7 @@ class LyapunovCertificate(Result):
         return self.coordinates @ self._form(parameter) @ self.coordinates.T
 
     def _form(self, parameter: float) -> np.ndarray:
-        return sum((P * parameter**k for k, P in enumerate(self.coefficients)), np.zeros_like(self.coefficients[0]))
+        return np.sum([P * parameter**k for k, P in enumerate(self.coefficients)], axis=0)
 
     def margin_at(self, A, parameter: float = 0.0) -> float:
         """The margin [1/s] at any state matrix (n, n) and its parameter: positive if the form decays there too."""

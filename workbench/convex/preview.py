@@ -220,7 +220,7 @@ class _Lyapunov:
         return self._solve(Q, "T", "N")
 
     def _solve(self, Q: np.ndarray, left: str, right: str) -> np.ndarray:
-        from scipy.linalg.lapack import dtrsyl
+        from scipy.linalg.lapack import dtrsyl  # pyright: ignore[reportAttributeAccessIssue]
 
         Y, shrink, _ = dtrsyl(self.T, self.T, -(self.U.T @ Q @ self.U), trana=left, tranb=right)
         X = self.U @ (Y / shrink) @ self.U.T

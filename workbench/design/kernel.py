@@ -57,7 +57,7 @@ class Complex:
 
     def __matmul__(self, other: "Complex") -> "Complex":
         return Complex(
-            ca.mtimes(self.re, other.re) - ca.mtimes(self.im, other.im),
+            ca.mtimes(self.re, other.re) - ca.mtimes(self.im, other.im),  # pyright: ignore[reportOperatorIssue]
             ca.mtimes(self.re, other.im) + ca.mtimes(self.im, other.re),
         )
 

@@ -98,7 +98,7 @@ class LoopMargins(Result):
         }  # fmt: skip
 
     def rows(self) -> list[Row]:
-        single = [
+        single: list[Row] = [
             (f"{name}, {m.model}", f"{down} … {up}, {phase}°, {delay} ms", "")
             for m in self.single
             for name, down, up, phase, delay in (m.channel.cells(),)

@@ -153,4 +153,4 @@ def several(given: Model | Sequence[Model]) -> tuple[Model, ...]:
 def maker_of(given: Maker | Model | Sequence[Model]) -> Maker:
     """What is given as a problem's models, as a maker of them."""
     made = hasattr(type(given), "systems")  # asked of the type: a maker makes its systems when they are wanted
-    return given if made else Given(several(given))
+    return given if made else Given(several(given))  # pyright: ignore[reportReturnType]

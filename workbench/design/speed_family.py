@@ -172,7 +172,7 @@ class PlantFamily:
 
     def _matrices(self, speed: float) -> dict[str, np.ndarray]:
         u = _place(speed, self.range)
-        return {k: np.polynomial.chebyshev.chebval(u, c) for k, c in self.curves.items()}
+        return {k: np.asarray(np.polynomial.chebyshev.chebval(u, c)) for k, c in self.curves.items()}
 
 
 def plant_family(problem: Problem, range: tuple[float, float], *, nodes: int = NODES) -> PlantFamily:

@@ -31,7 +31,7 @@ def with_numbers(document: Mapping[str, Any], changes: Mapping[str, float]) -> d
         at = out
         for step in way:
             at = at[int(step)] if isinstance(at, list) else at[step]
-        place = int(last) if isinstance(at, list) else last
+        place: Any = int(last) if isinstance(at, list) else last
         value = value * at[place] if name.startswith(FACTOR) else value
         at[place] = int(value) if isinstance(at[place], int) and float(value).is_integer() else float(value)
     return out

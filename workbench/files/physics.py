@@ -145,7 +145,7 @@ class OperatingPointBlock(Block):
         )  # fmt: skip
         loaded = self.weight_n is not None and self.weight_n != flown
         return Conditions(
-            mass=mass * self.weight_n / flown if loaded else None, cg_forward=self.cg_forward_m,
+            mass=mass * (self.weight_n or flown) / flown if loaded else None, cg_forward=self.cg_forward_m,
             wind=wind if self.side_force_n else None, curve=None if curve == Curve(lateral=0.0) else curve,
             lost_set=self.lost_set, lost_share=self.lost_share, carried_by=self.carried_by,
         )  # fmt: skip

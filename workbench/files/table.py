@@ -7,7 +7,7 @@ A key that ends in a unit may be written in another one of the same quantity: _s
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
@@ -80,7 +80,10 @@ def _scaled(value: Any, factor: float, divisor: float) -> Any:
     return value
 
 
-def read_table(cls: type[Table], document: Mapping[str, Any], place: str):
+T = TypeVar("T", bound=Table)
+
+
+def read_table(cls: type[T], document: Mapping[str, Any], place: str) -> T:
     """The record of a document; raises InputError that names the first key at fault."""
     try:
         return cls.model_validate(document)

@@ -29,7 +29,7 @@ def delayed_pieces(channel: Any, K: "Controller", around: Callable[[Lined], Line
     With `straight` the reason that the energy of an impulse response has no bound, where it has none.
     Raises InputError where they cannot be had.
     """
-    reason, whole = delayed_reason(channel, K), around(Lined(*channel.lined_system(K), channel.late(K)))
+    reason, whole = delayed_reason(channel, K), around(Lined(*channel.lined_system(K), channel.late(K)))  # pyright: ignore[reportCallIssue]
     reason = reason or (straight if whole.straight() else "")
     return (None, reason) if reason else (step_pieces(whole), "")
 

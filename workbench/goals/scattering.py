@@ -54,7 +54,7 @@ class Scattering:
         """Whether each of the frequencies (k,) is as good as at a pole on the axis."""
         near, least = BESIDE
         reach = np.maximum(near * self.limits, least * np.linalg.norm(self.T.A))
-        return (np.abs(omega[:, None] - self.limits) <= reach).any(axis=1)
+        return np.asarray((np.abs(omega[:, None] - self.limits) <= reach).any(axis=1))
 
 
 @dataclass(frozen=True, slots=True)

@@ -207,7 +207,9 @@ def _bounds_decide(row: Printed, ours: float) -> str:
     within = low <= ours <= high
     if within == (row.verdict in AGREEING):
         return ""
-    return f"ours {ours:.6g} is {'within' if within else 'outside'} {low:.6g} to {high:.6g} of {row.printed[:60]!r}"
+    return (
+        f"ours {ours:.6g} is {'within' if within else 'outside'} {low:.6g} to {high:.6g} of {str(row.printed)[:60]!r}"
+    )
 
 
 def _entry(row: Printed, ours: Mapping[str, float]) -> Entry:

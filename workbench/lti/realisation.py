@@ -162,7 +162,7 @@ def spectral(M: np.ndarray) -> np.ndarray:
     """σ_max (k,) of matrices (k, p, m), infinite where an entry is; a row or column needs no decomposition."""
     if 1 in M.shape[1:]:
         return np.sqrt(np.sum(np.abs(M) ** 2, axis=(1, 2)))
-    finite = np.isfinite(M).all(axis=(1, 2))
+    finite = np.asarray(np.isfinite(M).all(axis=(1, 2)))
     sizes = np.linalg.svd(np.where(finite[:, None, None], M, 0), compute_uv=False)[:, 0]
     return np.where(finite, sizes, np.inf)
 

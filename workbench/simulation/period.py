@@ -56,7 +56,7 @@ def period(rig: Rig) -> Period:
     width = 3 * n + 5
     x, nodes = ca.MX.sym("state", len(rest)), ca.MX.sym("nodes", 3 * width * rig.substeps)
     noise, strength = ca.MX.sym("noise", 4 * m), ca.MX.sym("strength", n)
-    first = _Parabola(*(nodes[k * width : (k + 1) * width] for k in range(3)), rig.step_used, n)
+    first = _Parabola(*(nodes[k * width : (k + 1) * width] for k in range(3)), rig.step_used, n)  # pyright: ignore[reportCallIssue]
     alpha, wish, measured, rate, deviation = law.now(plant, x, *first.at_start, noise, strength)
     held = law.limited(wish)
     here, distances = law.at_sample(x, wish, measured), []
@@ -208,7 +208,7 @@ def _step(rig: Rig, law: _Law, plant: ca.Function, size: int) -> ca.Function:
     x, nodes = ca.MX.sym("x", size), ca.MX.sym("nodes", 3 * width)
     noise, strength = ca.MX.sym("noise", 4 * rig.law.count), ca.MX.sym("strength", n)
     held = ca.MX.sym("held", len(rig.resting))
-    path = _Parabola(*(nodes[k * width : (k + 1) * width] for k in range(3)), h, n)
+    path = _Parabola(*(nodes[k * width : (k + 1) * width] for k in range(3)), h, n)  # pyright: ignore[reportCallIssue]
     clear = _clearances(rig, n)
 
     def flow(state, s):

@@ -195,12 +195,13 @@ class _UnitStep:
         after = time[first:] - start
         if not len(after):
             return np.zeros((len(time), len(self.system[2])))
+        A, B, C, D = self.system
         if self.pieces is not None:
             found = self.pieces.at(after)[:, :, 0]
         elif h is not None:
-            found = rolled(*self.system, len(after))
+            found = rolled(A, B, C, D, len(after))
         else:
-            found = exponential(*self.system, float(time[1] - time[0]), len(after), float(after[0]))
+            found = exponential(A, B, C, D, float(time[1] - time[0]), len(after), float(after[0]))
         return np.vstack([np.zeros((first, found.shape[1])), found])
 
 

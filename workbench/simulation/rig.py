@@ -135,7 +135,7 @@ class Rig:
         """(A, B, C, D) from sensors to commands: s⁺ = A s + B y when sampled, ds/dt = A s + B y when continuous."""
         if self.sample_time is None:
             return self.law.numeric(self.gains)
-        return discretise(self.law, self.gains, self.sample_time).state_space()
+        return discretise(self.law, self.gains, self.sample_time).state_space()  # pyright: ignore[reportReturnType]
 
     @cached_property
     def poles(self) -> np.ndarray:

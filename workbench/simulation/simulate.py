@@ -172,9 +172,9 @@ class _Called:
         self._arguments = [np.zeros(function.size_in(i), order="F") for i in range(function.n_in())]
         self._results = [np.zeros(function.size_out(i), order="F") for i in range(function.n_out())]
         for i, array in enumerate(self._arguments):
-            self._buffer.set_arg(i, memoryview(array.T))
+            self._buffer.set_arg(i, memoryview(array.T))  # pyright: ignore[reportCallIssue]
         for i, array in enumerate(self._results):
-            self._buffer.set_res(i, memoryview(array.T))
+            self._buffer.set_res(i, memoryview(array.T))  # pyright: ignore[reportCallIssue]
 
     def __call__(self, *arguments: np.ndarray) -> list[np.ndarray]:
         for own, given in zip(self._arguments, arguments, strict=True):

@@ -119,7 +119,7 @@ def nondominated(points: np.ndarray) -> np.ndarray:
 
     points : (n, k)
     """
-    valid = ~np.isnan(points).any(axis=1)  # a margin that nothing limits is infinite
+    valid = np.asarray(~np.isnan(points).any(axis=1))  # a margin that nothing limits is infinite
     out = valid.copy()
     for k in np.flatnonzero(valid):
         others = points[valid]

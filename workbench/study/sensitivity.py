@@ -132,7 +132,7 @@ def _partial(ranked: np.ndarray, d: int) -> np.ndarray:
     exactly determined. NaN where the others leave nothing of the parameter, 0 where they leave nothing of the quantity.
     """
     centred = ranked - ranked.mean(axis=0)
-    R = np.linalg.qr(centred / np.linalg.norm(centred, axis=0), mode="r")  # the same angles in d + q rows
+    R = np.asarray(np.linalg.qr(centred / np.linalg.norm(centred, axis=0), mode="r"))  # the same angles in d + q rows
     out = np.empty((R.shape[1] - d, d))
     for i in range(d):
         others = np.delete(R[:, :d], i, axis=1)

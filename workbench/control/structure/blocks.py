@@ -64,7 +64,7 @@ def gain(
     except ValueError:
         raise InputError(
             f"a gain from {shape[1]} inputs to {shape[0]} outputs must have value, mask and fixed of shape "
-            f"{shape}; got {np.shape(value)}, {np.shape(mask)} and {np.shape(fixed)}."
+            f"{shape}; got {np.shape(value)}, {np.shape(mask)} and {np.shape(fixed)}."  # pyright: ignore[reportCallIssue]
         ) from None
     if np.any(start[~allowed]) and np.ndim(value):
         raise InputError("a gain must start at zero where its mask forbids it; got other numbers there.")
@@ -163,7 +163,7 @@ def pid_matrix(
     except ValueError:
         raise InputError(
             f"a pid_matrix from {shape[1]} errors to {shape[0]} outputs must have gains and mask of shape {shape}; "
-            f"got {np.shape(Kp)}, {np.shape(Ki)}, {np.shape(Kd)} and {np.shape(mask)}."
+            f"got {np.shape(Kp)}, {np.shape(Ki)}, {np.shape(Kd)} and {np.shape(mask)}."  # pyright: ignore[reportCallIssue]
         ) from None
     if not allowed.any():
         raise InputError("a pid_matrix's mask must allow at least one place; got none.")

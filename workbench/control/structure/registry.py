@@ -119,7 +119,7 @@ def _pid_matrix(inputs, outputs, options, starts, name) -> Block:
     return blocks.pid_matrix(inputs, outputs, mask=mask, Tf=Tf, name=name)
 
 
-def _mask(inputs, outputs, options) -> list:
+def _mask(inputs, outputs, options) -> Sequence:
     """The rows of a mask, all ones if left out."""
     mask = options.get("mask", [[1] * len(inputs)] * len(outputs))
     rows = mask if isinstance(mask, Sequence) and all(isinstance(row, list) for row in mask) else [[mask]]
@@ -139,7 +139,12 @@ def _state_space(inputs, outputs, options, starts, name) -> Block:
 def _transfer_function(inputs, outputs, options, starts, name) -> Block:
     m, n = (_count(options.get(f"{part}_degree"), f"{part}_degree") for part in ("numerator", "denominator"))
     return space.transfer_function(
-        *inputs, *outputs, np.eye(1, m + 1)[0], np.eye(1, n + 1)[0], sample_time=_sample_time(options), name=name
+        *inputs,
+        *outputs,
+        np.eye(1, m + 1)[0],
+        np.eye(1, n + 1)[0],
+        sample_time=_sample_time(options),
+        name=name,  # pyright: ignore[reportCallIssue]
     )
 
 

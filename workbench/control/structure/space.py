@@ -157,7 +157,9 @@ def expression(
     ny, nu = len(inputs), len(outputs)
     if len({A is None, B is None, C is None}) > 1:
         raise InputError("an expression must give A, B and C together, or none of them; got some.")
-    A, B, C = (ca.SX(0, 0), ca.SX(0, ny), ca.SX(nu, 0)) if A is None else (ca.SX(A), ca.SX(B), ca.SX(C))
+    if A is None or B is None or C is None:
+        A, B, C = ca.SX(0, 0), ca.SX(0, ny), ca.SX(nu, 0)
+    A, B, C = ca.SX(A), ca.SX(B), ca.SX(C)
     D = ca.SX(nu, ny) if D is None else ca.SX(D)
     theta = ca.vertcat(*(symbol for _, symbol in parameters)) if parameters else ca.SX(0, 1)
     if not theta.is_valid_input() or theta.numel() != len(parameters):

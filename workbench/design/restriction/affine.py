@@ -122,7 +122,7 @@ class Affine:
 
     @property
     def structure(self) -> Structure:
-        return self.problem.structure
+        return self.problem.structure  # pyright: ignore[reportReturnType]
 
     @cached_property
     def limited(self) -> tuple[tuple[Goal, PeakMeasure, GainShape], ...]:

@@ -117,7 +117,7 @@ def static_feedback(
     if norm == "h2":
         gains = GainSet.without_feedthrough(loop.D11, loop.D12, loop.D21, loop.size())
     limit = WIDEST * loop.size() if largest is None else np.broadcast_to(np.asarray(largest, float), loop.shape)
-    if largest is None and np.shape(K0) == loop.shape:  # a default gives way
+    if largest is None and np.shape(K0) == loop.shape:  # a default gives way  # pyright: ignore[reportCallIssue]
         limit = np.maximum(limit, np.abs(np.asarray(K0, float)))
     if not np.all(limit > 0):
         raise InputError(f"largest must be positive; got {largest!r}. Leave it out for a wide default.")

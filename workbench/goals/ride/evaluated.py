@@ -111,7 +111,7 @@ class Evaluated:
     def noise(self, kind: str) -> tuple[float, np.ndarray]:
         """Mean square of the worst set's gap under sensor noise, and its derivative (17,)."""
         parts = [group.noise(self.theta, gap_rows(self.setting)[kind]) for group in self.groups]
-        value, slope = sum(p.value for p in parts), sum(p.gradient for p in parts)
+        value, slope = (np.sum([getattr(p, k) for p in parts], axis=0) for k in ("value", "gradient"))
         worst = int(np.argmax(value))
         return float(value[worst]), slope[worst]
 

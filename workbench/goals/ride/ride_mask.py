@@ -50,7 +50,7 @@ class RideMask(Requirement):
                 if place.startswith(axis):
                     value, slope = total.get(place, (0.0, 0.0))
                     total[place] = value + density.value[inside], slope + density.gradient[inside]
-        return [(f"{self.name} at {place}", 1 - v / allowed, -d / allowed[:, None]) for place, (v, d) in total.items()]
+        return [(f"{self.name} at {place}", 1 - v / allowed, -d / allowed[:, None]) for place, (v, d) in total.items()]  # pyright: ignore[reportIndexIssue]
 
     def missed(self, loop: Flown, most: float) -> Iterable[float]:
         points = [p for p in loop.comfort.points if p.ride.direction == self.place.direction]

@@ -122,7 +122,7 @@ def _gains(design: Design) -> str:
     note = "One direction" if len(references) == 1 else "Two directions"
     note += " of the seventeen that change nothing: " + (f"removed by fixing {', '.join(fixed)}." if fixed else "kept.")
     valley = f"<p>Valley: {escape(design.valley.sentence)}</p>" if design.valley else ""
-    sampled = f" Digital form: Tustin's rule at {1e3 * problem.sample_time:g} ms."
+    sampled = f" Digital form: Tustin's rule at {1e3 * (problem.sample_time or 0.0):g} ms."
     gains = table_block(["gain", "value", "unit", "chosen within"], rows)
     return f'{gains}{valley}<p class="quiet">{escape(note + sampled)}</p>'
 

@@ -36,7 +36,7 @@ def determinant(rows: Sequence[Sequence[Ring]]) -> Ring:
     """Of a small square matrix over any ring that adds, subtracts and multiplies, along its first row."""
     if len(rows) == 1:
         return rows[0][0]
-    terms = [entry * determinant([[*row[:j], *row[j + 1 :]] for row in rows[1:]]) for j, entry in enumerate(rows[0])]
+    terms = [entry * determinant([[*row[:j], *row[j + 1 :]] for row in rows[1:]]) for j, entry in enumerate(rows[0])]  # pyright: ignore[reportOperatorIssue]
     total = terms[0]
     for j, term in enumerate(terms[1:], 1):
         total = total - term if j % 2 else total + term

@@ -30,7 +30,8 @@ def peak(loop: Loop, promise: Promise, inputs: Sequence[str], outputs: Sequence[
     kept = levels.kept(promise.limit)
     if levels.exact is not None and subject.band is None:
         none = levels.exact.zero
-        return Answer(kept, *((fmpq(0),) * 2 if none else levels.exact.enclosure(promise.limit, ABOVE_PEAK)), STURM)
+        low, high = (fmpq(0), fmpq(0)) if none else levels.exact.enclosure(promise.limit, ABOVE_PEAK)
+        return Answer(kept, low, high, STURM)
     if not kept:
         return Answer(False, promise.limit, None, levels.method)
     steps = STEPS if min(len(inputs), len(outputs)) == 1 else 0  # of several signals each takes several times as long
