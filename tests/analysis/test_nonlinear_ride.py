@@ -119,6 +119,16 @@ def test_drawn_guideways_agree_with_the_closure():
     assert np.all(np.abs(after / before - drawn.ratio[1:]) < 4 * drawn.error[1:] + 0.03)
 
 
+def test_gains_that_leave_the_loop_as_it_is_leave_the_bent_ride_as_it_is():
+    ours, theirs = (BentLoop(setting(), gains) for gains in (SHORT, SHORT.rescaled(vertical=3.0, lateral=0.4)))
+    assert theirs.cost_change == pytest.approx(ours.cost_change, rel=1e-9)
+
+
+def test_a_ride_too_rough_to_last_has_no_figures():
+    # 12 cm rms of gap, where a third of it is the clearance; warnings would be errors here
+    assert analyse(rougher(4.0), SHORT).nonlinear is None
+
+
 @pytest.mark.slow
 def test_hours_of_flight_agree_with_the_closure():
     problem = load_problem("revenue_vehicle")

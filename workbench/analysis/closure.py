@@ -164,7 +164,8 @@ def settled(loop: GridLoop, tolerance: float = SETTLED) -> Passage | None:
     """The round that changes no mean square; None where the rounds find none, or the loop so changed is not stable."""
     state, before = loop.at_rest, np.full(loop.felt_wind.shape[1], np.inf)
     for _ in range(STEPS):
-        found = passage(loop, state)
+        with np.errstate(over="ignore", invalid="ignore"):  # rounds that run away: seen just below
+            found = passage(loop, state)
         now = loop.mean_squares(found.felt)
         if not np.all(np.isfinite(now)):
             return None
