@@ -15,7 +15,8 @@ from workbench.physics.guideway.realisation import realisation
 from workbench.simulation.course import Guideways
 from workbench.simulation.exponential import Exponential, phi_functions
 from workbench.simulation.flight import flown_over
-from workbench.simulation.flown import Rate, ride_figures
+from workbench.simulation.flown import Flown, Rate, Touch, ride_figures
+from workbench.simulation.history import Contact
 from workbench.simulation.reading import Reader, digital_weight, usual_places
 from workbench.simulation.simulate import Simulator
 from workbench.study.flights import fly, grid, rig_of
@@ -119,6 +120,38 @@ def test_a_figure_of_nothing_is_left_out():
 def test_what_cannot_be_flown_is_refused(problem, changed, sentence):
     with pytest.raises(InputError, match=sentence):
         fly(problem, **changed)
+
+
+def flown_record(**changed):
+    contact = Contact(time=31.0, coil_set=2, surface="wall")
+    linear = np.array([[1.0, 2.0], [1.1, 2.1]])
+    return Flown(**{
+        "hours": 0.5, "contacts": 1, "contacts_per_hour": Rate.of(1, 0.5),
+        "figures": ride_figures([("gap", "front")], np.full(2, 900.0), linear, 1.1 * linear),
+        "touches": (Touch(flight=3, contact=contact),), "flights": 3, "planned": 3, "duration": 100.0, "seeds": 3,
+        "seed": 0, "factor": 1.0, "force_law": "exact, of the coils", "speed": 134.0, "step": 1e-3, "spacing": 0.134,
+        "fastest_pole": 300.0, **changed,
+    })  # fmt: skip
+
+
+def test_a_record_of_flights_draws_itself_stands_in_reports_and_in_strict_json():
+    import json
+
+    from matplotlib.figure import Figure
+
+    from workbench.handover.report.report import _flights
+    from workbench.plots.flown import plot_flown
+
+    record = flown_record(warning="a step < fine")
+    assert json.loads(json.dumps(record.to_dict(), allow_nan=False))["contacts_per_hour"]["value"] == 2.0
+    axes = plot_flown(record, ax=Figure().add_subplot())
+    assert axes.get_title() == "0.5 h flown, 2 contacts per hour (0.051 … 11)"
+    assert [t.get_text() for t in axes.get_yticklabels()] == ["ride cost J", "vertical gap, front"]
+    section = _flights(record)
+    assert "2 (0.0506 … 11.1)" in section
+    assert "1.0488 ± 0.0000" in section  # √1.1
+    assert "a step &lt; fine" in section
+    assert plot_flown(flown_record(figures=()), ax=Figure().add_subplot()).get_yticks().size == 0
 
 
 @pytest.mark.slow
@@ -246,7 +279,7 @@ def test_the_same_flights_whoever_computes_them_and_after_an_interrupt(problem, 
         fly(problem, **options, folder=tmp_path / "kept", on_flown=interrupted)
     told = []
     resumed = fly(problem, **options, folder=tmp_path / "kept", on_flown=told.append)
-    assert [f.flights for f in told] == [16, 18]
+    assert [f.flights for f in told] == [16, 18]  # what was flown before the interrupt is there
     assert resumed.to_dict() == alone.to_dict()
     with pytest.raises(InputError, match="holds another study"):
         fly(problem, **{**options, "factor": 0.9}, folder=tmp_path / "kept")

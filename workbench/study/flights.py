@@ -19,7 +19,7 @@ import numpy as np
 from workbench.control import Gains
 from workbench.design.problem import Problem
 from workbench.design.record import Design
-from workbench.errors import InputError
+from workbench.errors import BudgetEnded, InputError
 from workbench.machine.budget import NEVER, Deadline, heed, keeping
 from workbench.machine.threads import one_thread
 from workbench.physics.forces.taylor import TaylorLaw
@@ -174,14 +174,19 @@ def fly(
 
         if on_flown:
             on_flown(so_far())
-        for piece in _work(task, ranges, workers, scheduler):
-            pieces.append(piece)
-            if store is not None:
-                store.add(piece)
+        try:
+            for piece in _work(task, ranges, workers, scheduler):
+                pieces.append(piece)
+                if store is not None:
+                    store.add(piece)
+                if on_flown:
+                    on_flown(so_far())
+                if deadline is not None and sum(len(p.values) for p in pieces) < task.planned:
+                    deadline.check(WORK)
+        except (KeyboardInterrupt, BudgetEnded):
             if on_flown:
                 on_flown(so_far())
-            if deadline is not None and sum(len(p.values) for p in pieces) < task.planned:
-                deadline.check(WORK)
+            raise
         return so_far()
 
 

@@ -24,6 +24,7 @@ from workbench.handover.report.page import figures, head, page, provenance, requ
 from workbench.handover.report.style import first_blocks, table_block
 from workbench.handover.table.table import GainTable
 from workbench.result import figure as digits
+from workbench.simulation.flown import Flown
 
 UNSTABLE = "The loop is unstable under these gains: it has no stationary response, and no spectra or margins."
 UNFILTERED = "A gap's rate is taken without a filter: the loop has roots, but no responses, spectra or margins."
@@ -36,6 +37,7 @@ def report_html(
     robustness: Mapping[str, Any] | None = None,
     table: GainTable | None = None,
     reserves: Reserves | None = None,
+    flights: Flown | None = None,
     created: datetime | None = None,
 ) -> str:
     """The report's text.
@@ -46,6 +48,7 @@ def report_html(
     robustness : case to figures (mappings may nest), or name to value, for its section
     table : the gain table of this design; its digest and versions are shown
     reserves : of these gains, if they are at hand already
+    flights : hours of nonlinear flight with these gains, `study.flights.fly`, for their section
     created : time shown; the table's, or now, if left out
     """
     if table is not None and table.to_gains() != design.gains:
@@ -64,6 +67,7 @@ def report_html(
         ("Roots", figures(root_figures(design))),
         ("Trade-off", figures(trade_off_figures(design, trade_off))),
         ("Ride, strokes and currents", _ride(design) if responds else f"<p>{why_not}</p>"),
+        ("Flights", "" if flights is None else _flights(flights)),
         ("Spectra", figures(spectrum_figures(design)) if responds else ""),
         ("Loops", figures(nyquist_figures(design)) if responds else ""),
         ("Robustness", _robustness(robustness or {})),
@@ -76,6 +80,14 @@ def reserves_of(design: Design) -> Reserves:
     """What a vehicle's design keeps in reserve, sampled at the problem's own time too."""
     step = design.problem.sample_time
     return find_reserves(design.problem.setting, design.gains, sampled=() if step is None else [(step, 0.0)])
+
+
+def _flights(flown: Flown) -> str:
+    """Contacts per hour, and each figure of the nonlinear ride beside the linear one."""
+    title, columns, rows = flown.table()
+    facts = [(name, digits(value), unit) for name, value, unit in flown.rows()]
+    warning = "" if flown.warning is None else f"<p>{escape(flown.warning)}</p>"
+    return table_block(("quantity", "value", "unit"), facts) + table_block(columns, rows, caption=title) + warning
 
 
 def _header(design: Design, reserves: Reserves, time: str) -> str:
