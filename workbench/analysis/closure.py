@@ -22,7 +22,6 @@ from functools import cached_property
 from math import factorial
 
 import numpy as np
-from scipy.fft import irfft, rfft
 
 from workbench.physics.vehicle.curvature import SIGNALS, ForceBend
 
@@ -73,10 +72,14 @@ class GridLoop:
 
     def in_time(self, spectrum: np.ndarray) -> np.ndarray:
         """∫ spectrum(f) exp(2πjfτ) df of (K, a, b) at the N times, (a, b, N)."""
+        from scipy.fft import irfft
+
         return irfft(np.moveaxis(spectrum, 0, -1), n=self.count) * (self.count / self.duration)  # pyright: ignore[reportOperatorIssue]
 
     def in_frequency(self, history: np.ndarray) -> np.ndarray:
         """∫ history(τ) exp(−2πjfτ) dτ of (a, b, N), (K, a, b); a history of fewer times is zero after them."""
+        from scipy.fft import rfft
+
         return np.ascontiguousarray(np.moveaxis(rfft(history, n=self.count), -1, 0)) * self.time_step
 
     @property

@@ -9,7 +9,6 @@ A weight of A is the Ā for which a small change of A changes the figure by Re t
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.fft import irfft, rfft
 
 from workbench.analysis.closure import SIGNALS, STEPS, GridLoop, Moments, Passage, adjoint, by_signal
 
@@ -123,10 +122,14 @@ def _averaged(found: Passage, slope_w: np.ndarray, noise_w: np.ndarray, force_w:
 
 def _from_frequency(loop: GridLoop, weight: np.ndarray) -> np.ndarray:
     """Weights of a history, from those of its `in_frequency`."""
+    from scipy.fft import irfft
+
     return irfft(np.moveaxis(weight, 0, -1) / loop.folds, n=loop.count) * (loop.count * loop.time_step)  # pyright: ignore[reportOperatorIssue]
 
 
 def _to_frequency(loop: GridLoop, weight: np.ndarray) -> np.ndarray:
     """Weights of a spectrum, from those of its `in_time`."""
+    from scipy.fft import rfft
+
     spectrum = rfft(weight, n=loop.count) * (loop.folds / loop.duration)  # pyright: ignore[reportOperatorIssue]
     return np.ascontiguousarray(np.moveaxis(spectrum, -1, 0))

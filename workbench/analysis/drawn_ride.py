@@ -12,7 +12,6 @@ from itertools import combinations_with_replacement
 from math import factorial
 
 import numpy as np
-from scipy.fft import irfft, rfft
 
 from workbench.analysis.closure import SIGNALS, GridLoop
 from workbench.errors import InputError
@@ -71,6 +70,8 @@ def _settled(loop: GridLoop, force, noise: np.ndarray) -> np.ndarray | None:
 
     Anderson's acceleration: the next loads are the combination of the last ones whose changes cancel best.
     """
+    from scipy.fft import irfft, rfft
+
     met, loads = loop.wind @ noise, np.zeros((len(noise), 5, 1), complex)
     made, changes = [], []
     for _ in range(ROUNDS):

@@ -13,7 +13,6 @@ from functools import cached_property, lru_cache
 
 import casadi as ca
 import numpy as np
-from scipy.fft import next_fast_len
 
 from workbench.analysis.closure import SIGNALS, GridLoop, Passage, adjoint, settled
 from workbench.analysis.closure_slope import Aim, Weights, pulled
@@ -142,6 +141,8 @@ class BentLoop:
     @cached_property
     def _omega(self) -> tuple[float, np.ndarray]:
         """Period T [s] of the grid, and its frequencies [rad/s]."""
+        from scipy.fft import next_fast_len
+
         decay = -self._closed.poles().real.max()
         duration = self.finer * next((t for t in PERIODS if t * decay >= 0.999 * DECAYS), PERIODS[-1])
         count = 2 * next_fast_len(int(np.ceil(self.finer * duration / TIME_STEP / 2)), real=True)
