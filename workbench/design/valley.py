@@ -33,9 +33,6 @@ class Valley:
         """What the word means, for people."""
         return f"{self.word}: {SENTENCES[self.word]}."
 
-    def __str__(self) -> str:
-        return self.word
-
 
 def valley_of(problem: Problem, gains: Gains) -> Valley | None:
     """The valley of a vehicle's gains; None where its law steers no yaw, or by no sway."""
