@@ -2,8 +2,8 @@
 
     programme, gains --rows at their limits--> multipliers of log J --the same rows, limits stricter--> dJ by each limit
 
-To first order: where many limits meet, another set of them binds after a small step, and the step gains less.  Source: the
-conditions of Karush, Kuhn and Tucker at the optimum (`solve.smooth.stationarity`); the envelope theorem.
+To first order: where many limits meet, another set of them binds after a small step, and the step gains less.
+Source: the conditions of Karush, Kuhn and Tucker at the optimum (`solve.smooth.stationarity`); the envelope theorem.
 """
 
 from collections.abc import Sequence
