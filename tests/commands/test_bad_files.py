@@ -83,7 +83,7 @@ def test_a_problem_whose_code_cannot_run_is_refused(refused, changed_problem, tm
         (lambda t: t.replace("K_roll = 1.25", "K_roll = [1.25]"), "K_roll must be a finite number [1]; got '[1.25]'"),
         (lambda t: t.replace("K_roll = 1.25", 'K_roll = "big"'), "K_roll must be a number; got 'big'"),
         (lambda t: t.replace("K_roll = 1.25", "K_roll = 1e7"), "K_roll must lie within ±1e+06 1; got 1e+07"),
-        (lambda t: t.replace("K_roll = 1.25", "K_roll = 1" + "0" * 400), "got a number beyond 1e300"),
+        (lambda t: t.replace("K_roll = 1.25", "K_roll = 1" + "0" * 400), "K_roll must be 0 or of a size from"),
         (lambda t: t.replace("tau_h = 0.637", "tau_h = -0.637"), "tau_h must not be negative; got -0.637 s"),
         (lambda t: "gains = 5\n", "'gains' in"),
         (lambda t: "", "gains must name all seventeen parameters"),

@@ -25,7 +25,7 @@ def sentence(error: ValidationError, place: str, schema: type[BaseModel]) -> str
         case "missing":
             return f"{place}: key {key!r} is missing; add it, with its unit in the name{more}."
         case "union_tag_invalid":
-            known, word = _kinds(_tables(schema, way)), str(first["ctx"]["tag"])
+            known, word = _kinds(_tables(schema, way)), str(first.get("ctx", {}).get("tag"))
             return f"{place}: {key} is not usable: unknown kind {word[:60]!r}; {nearest(word, known)}{more}."
         case "literal_error" if isinstance(given, str):
             known = _words(_annotations(schema, way))

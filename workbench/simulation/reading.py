@@ -96,5 +96,5 @@ def digital_weight(name: str, step: float) -> np.ndarray:
     for frequency_hz, quality, (b0, b1, b2) in weight(name).sections:
         omega = 2 * np.pi * frequency_hz
         above, below = [b2 / omega**2, b1 / omega, b0], [1 / omega**2, 1 / (quality * omega), 1.0]
-        rows.append(np.concatenate(bilinear(above, below, fs=1 / step)))
+        rows.append(np.concatenate(bilinear(above, below, fs=1 / step)))  # pyright: ignore[reportCallIssue]
     return np.array(rows)

@@ -134,8 +134,10 @@ class Rig:
     def control(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """(A, B, C, D) from sensors to commands: s⁺ = A s + B y when sampled, ds/dt = A s + B y when continuous."""
         if self.sample_time is None:
-            return self.law.numeric(self.gains)
-        return discretise(self.law, self.gains, self.sample_time).state_space()  # pyright: ignore[reportReturnType]
+            A, B, C, D = self.law.numeric(self.gains)
+        else:
+            A, B, C, D = discretise(self.law, self.gains, self.sample_time).state_space()
+        return A, B, C, D
 
     @cached_property
     def poles(self) -> np.ndarray:

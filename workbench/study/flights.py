@@ -106,7 +106,7 @@ class FlightTask:
         from scipy.fft import next_fast_len
 
         speed = self.rig.vehicle.speed
-        points = next_fast_len(int(np.ceil(speed * self.duration / self.spacing)), real=True)
+        points = int(next_fast_len(int(np.ceil(speed * self.duration / self.spacing)), real=True) or 0)
         tracks = [
             realisation(
                 self.roughness, length=points * self.spacing, spacing=self.spacing, speed=speed,
@@ -229,7 +229,7 @@ def _task(given, gains, hours, seeds, seed, order, step, factor, warm_up) -> tup
         rig=rig, roughness=problem.setting.guideway, places=problem.setting.points, spacing=spacing, split=split,
         duration=3600 * hours / seeds / laps, warm_up=warm_up, factor=factor, seed=seed, planned=seeds * laps,
     )  # fmt: skip
-    return task, chosen, problem, law
+    return task, chosen, problem, law  # pyright: ignore[reportReturnType]
 
 
 def rig_of(problem: Problem, gains: Gains, order: int | None) -> tuple[Rig, str]:

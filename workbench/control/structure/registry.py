@@ -138,13 +138,9 @@ def _state_space(inputs, outputs, options, starts, name) -> Block:
 
 def _transfer_function(inputs, outputs, options, starts, name) -> Block:
     m, n = (_count(options.get(f"{part}_degree"), f"{part}_degree") for part in ("numerator", "denominator"))
+    (into,), (out,) = inputs, outputs
     return space.transfer_function(
-        *inputs,
-        *outputs,
-        np.eye(1, m + 1)[0],
-        np.eye(1, n + 1)[0],
-        sample_time=_sample_time(options),
-        name=name,  # pyright: ignore[reportCallIssue]
+        into, out, np.eye(1, m + 1)[0], np.eye(1, n + 1)[0], sample_time=_sample_time(options), name=name
     )
 
 
