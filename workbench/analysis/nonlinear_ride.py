@@ -145,7 +145,7 @@ class BentLoop:
 
         decay = -self._closed.poles().real.max()
         duration = self.finer * next((t for t in PERIODS if t * decay >= 0.999 * DECAYS), PERIODS[-1])
-        count = 2 * next_fast_len(int(np.ceil(self.finer * duration / TIME_STEP / 2)), real=True)
+        count = 2 * next_fast_len(int(np.ceil(self.finer * duration / TIME_STEP / 2)), real=True)  # pyright: ignore[reportOperatorIssue]
         return duration, 2 * np.pi / duration * np.arange(count // 2 + 1)
 
     @cached_property
