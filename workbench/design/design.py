@@ -25,6 +25,7 @@ from workbench.design.starts import (
     CUT_SHORT,
     FEW,
     FINISHED,
+    SAME_ROUGHLY,
     STARTS,
     distinct,
     in_bounds,
@@ -45,7 +46,8 @@ from workbench.solve.smooth import Outcome, least_violation
 
 SMOOTH, NONSMOOTH = ("slsqp", "ipopt"), "nonsmooth"
 RESTRICTED = ("slsqp", "restriction")  # of a controller affine in its parameters: least integrated error in limits
-FEW_BROUGHT = 2  # distinct valleys to which goals of other loops are brought
+AT_ONCE = 2  # distinct valleys to which goals of other loops are brought; the next ones where these meet none
+MOST_BROUGHT = 6
 
 
 def design(
@@ -156,10 +158,12 @@ def _smooth_design(problem, starts, seed, solver, start, workers, on_start, mode
         if beside and not warm and problem.gains is not None and in_bounds(problem, problem.gains, "K_yaw"):
             warm = [programme.x(problem.gains)]
         outcomes, log = relaxed_starts(first, jobs, workers, on_start, rough=beside)
-        candidates = [o.x for o in distinct(outcomes)[: FEW_BROUGHT if beside else FINISHED]]
+        valleys = distinct(outcomes, SAME_ROUGHLY)[:MOST_BROUGHT] if beside else distinct(outcomes)[:FINISHED]
+        candidates = [o.x for o in valleys]
         with keeping(time_after(len(log) == len(jobs))):
             at_limits = _brought(problem, first, candidates, warm, workers, solver) if beside else None
-            found = finished(problem, programme, [*candidates, *warm], tuple(log), seed, solver, at_limits)
+            looked_at = candidates[:AT_ONCE] if beside else candidates
+            found = finished(problem, programme, [*looked_at, *warm], tuple(log), seed, solver, at_limits)
             try:
                 return replace(found, multipliers=multipliers(programme, found.gains, BACK_OFFS))
             except CUT_SHORT:  # the gains are worth more than what their limits cost
@@ -167,14 +171,20 @@ def _smooth_design(problem, starts, seed, solver, start, workers, on_start, mode
 
 
 def _brought(problem: Problem, first: Problem, candidates, warm, workers: int, solver: str) -> list[Outcome]:
-    """Candidates for the nominal loop taken to all requirements, on processes; what is warm goes straight there."""
+    """Candidates for the nominal loop taken to all requirements, on processes; what is warm goes straight there.
+
+    The first two always; where nothing meets everything yet, the others after them.
+    """
     near = Programme(first, back_off=BACK_OFFS[0])
-    jobs = [finish(near, x, solver=solver)[0].x for x in candidates]
     found: dict[int, Outcome] = {}
     try:
         whole = Programme(problem, back_off=BACK_OFFS[0])
         found |= {-1 - k: finish(whole, x, (1.0,), options=LAST)[0] for k, x in enumerate(warm)}
-        found |= ends(jobs, _bringing, problem, workers=workers, work="a design")
+        for at in range(0, len(candidates), AT_ONCE):
+            if at and any(outcome.feasible for outcome in found.values()):
+                break
+            jobs = [finish(near, x, solver=solver)[0].x for x in candidates[at : at + AT_ONCE]]
+            found |= {at + k: o for k, o in ends(jobs, _bringing, problem, workers=workers, work="a design")}
     except CUT_SHORT:
         if not found:
             raise

@@ -34,6 +34,7 @@ FEW = 4  # starts of the nonsmooth tuner
 MIRRORED = ("K_hp", "K_hpdot", "K_yddot", "K_ydot", "K_yaw")
 SPREADS = (0.3, 1.0, 3.0)  # of random starts around the centre, in typical sizes, in turn
 SAME_COST = 1e-3  # relative; starts that end closer are taken for one valley
+SAME_ROUGHLY = 0.02  # the same of starts that are ended coarsely
 NEARLY = 0.02  # relative violation that a start may end with, since it is ended coarsely
 CUT_SHORT = KeyboardInterrupt, BudgetEnded  # what was verified by then is kept
 ALL_STARTS, FEW_STARTS = 0.4, 0.8  # of the time left, after which no start is awaited; if none has ended yet
@@ -132,7 +133,7 @@ def _entry(number: int, o: Outcome) -> Start:
     return Start(number=number, cost=cost(o), violation=o.violation, evaluations=o.evaluations, message=o.message)
 
 
-def distinct(outcomes: list[Outcome]) -> list[Outcome]:
+def distinct(outcomes: list[Outcome], same: float = SAME_COST) -> list[Outcome]:
     """Nearly feasible outcomes by cost, then the others by violation; of those that cost the same, the first."""
 
     def rank(o: Outcome) -> tuple[bool, float]:
@@ -141,6 +142,6 @@ def distinct(outcomes: list[Outcome]) -> list[Outcome]:
 
     out: list[Outcome] = []
     for o in sorted(outcomes, key=rank):
-        if not any(abs(cost(o) / cost(other) - 1) < SAME_COST for other in out):
+        if not any(abs(cost(o) / cost(other) - 1) < same for other in out):
             out.append(o)
     return out
