@@ -17,7 +17,7 @@ from workbench.handover.table.table import GainTable, digest_of, read_table
 
 TABLE = shipped_problems()["heave"] / "approved.json"
 MANY = settings(
-    max_examples=250, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.function_scoped_fixture]
+    max_examples=120, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.function_scoped_fixture]
 )
 THOUSANDS = settings(MANY, max_examples=3000)
 

@@ -13,7 +13,8 @@ FIRST = """
 import sys
 import threadpoolctl
 from workbench.files.problem import load_problem
-import workbench.design.design as module
+import workbench.design.starts as module
+from workbench.design.design import design
 
 def watched(*arguments, _own=module.relaxed, **options):
     out = _own(*arguments, **options)
@@ -22,7 +23,7 @@ def watched(*arguments, _own=module.relaxed, **options):
 
 module.relaxed = watched
 assert "scipy.linalg" not in sys.modules
-print(*map(float.hex, module.design(load_problem("heave"), starts=1).gains.as_dict().values()))
+print(*map(float.hex, design(load_problem("heave"), starts=1).gains.as_dict().values()))
 """
 # Equal designs in any order, with one to three processes
 EQUAL = """

@@ -41,6 +41,7 @@ def test_the_bent_cost_has_the_gradient_of_differences(points):
     assert goal.cost(here)[1] @ direction == pytest.approx(difference, rel=2e-3)
 
 
+@pytest.mark.slow
 def test_contacts_have_the_gradient_of_differences(points):
     (here, up, down), direction, step = points
     goal = ContactsPerHour(0.1)

@@ -14,7 +14,7 @@ from guide_page import GUIDE, PAGES, ROOT, fences
 from workbench.cli import app
 
 FLAGS = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
-SLOW = ("tuning.md", "certificates.md", "theory.md")  # they design and tune, some seconds each
+SLOW = ("tuning.md", "certificates.md", "theory.md", "not_flown.md")  # they design and tune, some seconds each
 SHELL = ("cp", "rm", "sed", "source", "pip", "jupyter")  # what a shell has anyway
 WITH_EXAMPLES = sorted({fence.page for fence in fences("pycon")})
 

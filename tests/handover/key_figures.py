@@ -115,6 +115,10 @@ class Seen:
             ((w.verdict.value, w.verdict.limit) for w in search.worst(self.gains) if w.verdict.name == name), None
         )
 
+    def soft(self, _: str) -> tuple[str, ...]:
+        """Kinds of the goals that are made small."""
+        return tuple(type(goal).__name__ for goal in self.problem.goals if not goal.hard)
+
     def effort(self, name: str):
         return getattr(self.problem.effort, name)
 

@@ -45,6 +45,7 @@ def _with(values: list[float], k: int, value: float) -> list[float]:
 
 VEHICLE = {
     "problem.title": Pair(HEAVE, "Another title", ("title",), ALONE),
+    "problem.ride": Pair(REVENUE, "nonlinear", ("soft:kinds",), ALONE),
     "problem.groups": Pair(REVENUE, ["all"], ("peak_sensitivity.all", "peak_sensitivity.heave_pitch")),
     "vehicle.weight_n": Pair(REVENUE, 444900.0, ("poles", *RIDE)),
     "vehicle.front_arm_m": Pair(REVENUE, 9.1, ("poles", "point:front", *RIDE)),

@@ -23,6 +23,7 @@ from workbench.errors import InputError, unknown_name
 from workbench.lti.hold import held
 from workbench.lti.measure import peak
 
+MOST_LISTED = 500  # samples of a dead time in a listed case: each is a state, and faster sampling changes nothing more
 LISTED = ("scale", "lost", "dead", "weak")  # a stuck sensor is a dead one, and one that drifts changes no root
 
 
@@ -105,11 +106,14 @@ def sampled_cases(
 ) -> tuple[SampledCase, ...]:
     """The loops at every sample time [s] and delay [samples] of `CASES`, and at their own ones.
 
-    A sampled plant has its own sample time alone. A case without numbers cannot be: a filter faster than the sampling,
+    A sampled plant has its own sample time alone; a listed case that takes more than `MOST_LISTED` samples of a dead
+    time is left out. A case without numbers cannot be: a filter faster than the sampling,
     a dead time of more samples than are held.
     """
     h = loops[0].sample_time
-    cases = (*CASES, *own) if h is None else ((h, 0.0), (h, 1.0))
+    longest = max((line.dead_time for loop in loops for line in loop.model.lines), default=0.0)
+    usual = [case for case in CASES if longest <= MOST_LISTED * case[0]]
+    cases = (*usual, *own) if h is None else ((h, 0.0), (h, 1.0))
     return tuple(_case(loops, structure, *case) for case in dict.fromkeys(cases))
 
 

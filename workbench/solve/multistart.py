@@ -47,7 +47,7 @@ def check_workers(workers: int) -> None:
         raise InputError(f"workers must be a whole number of processes from 1 on; got {workers!r}. Give 1.")
 
 
-def _side_by_side(jobs, prepare, shared, workers: int, until, work: str) -> Iterator[tuple[int, End]]:
+def _side_by_side(jobs, prepare, shared, workers: int, until, work: str) -> Iterator[tuple]:
     from concurrent.futures import FIRST_COMPLETED, wait
 
     from workbench.machine.workers import pool
@@ -70,5 +70,5 @@ def _prepare(prepare: Callable[[Shared], Callable], shared: Shared) -> None:
     _prepared[:] = [prepare(shared)]
 
 
-def _run(job: Job):
+def _run(job: object):
     return _prepared[0](job)
