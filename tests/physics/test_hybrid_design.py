@@ -24,7 +24,6 @@ from workbench.lti.crossing import sign_changes
 from workbench.lti.norm import peak_gain
 from workbench.lti.signals import COORDINATES, numbered
 from workbench.physics.guideway.irregularity import TYPES, phasors
-from workbench.physics.vehicle import varied
 
 PROBLEM = load_problem("hybrid_motor")
 SETTING, GAINS = PROBLEM.setting, PROBLEM.approved
