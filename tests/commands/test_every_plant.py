@@ -2,6 +2,7 @@
 
 import json
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -170,3 +171,14 @@ def test_a_structure_with_nothing_free_is_judged_as_it_is():
     found = wb.design(held, starts=1, seconds=1.0)
     assert not found.met
     assert {v.name: v.value for v in found.verdicts}["Sensitivity distillate, bottoms"] == 1.0
+
+
+@pytest.mark.slow
+def test_flights_of_a_vehicle_leave_a_picture_and_a_report(command, tmp_path):
+    done = command(
+        "simulate", "revenue_vehicle", "--hours", "0.01", "--seeds", "2", "--out", tmp_path / "flown", "--json"
+    )
+    assert done.code == 0
+    document = json.loads(done.out)
+    assert Path(document["picture"]).read_bytes().startswith(b"\x89PNG")
+    assert "Nonlinear over linear" in Path(document["report"]).read_text("utf-8")

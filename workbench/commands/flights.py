@@ -15,10 +15,11 @@ from workbench.machine.supervision import finishing
 from workbench.machine.terminal import printable
 
 if TYPE_CHECKING:
+    from workbench.control import Gains
     from workbench.design.problem import Problem
     from workbench.simulation.flown import Flown
 
-PICTURE = "flights.png"
+PICTURE, REPORT = "flights.png", "report.html"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,7 +57,7 @@ def simulate_flights(
 ) -> None:
     """Flies, shows and keeps; what an interrupt or a budget leaves is shown too.
 
-    out : folder that keeps finished flights and a picture; the same words go on from there
+    out : folder that keeps finished flights, a picture and a report; the same words go on from there
     """
     from workbench.files.gains import read_gains
     from workbench.study.flights import ORDER, fly
@@ -92,7 +93,8 @@ def simulate_flights(
         _shown(last, loaded, folder, json)
         raise BudgetEnded(f"the budget of {deadline.budget:.4g} s ended with {_kept(last, out)}") from None
     finishing()
-    _shown(last, loaded, folder, json)
+    report = None if folder is None or not last else _reported(last[0], loaded, chosen, folder / REPORT)
+    _shown(last, loaded, folder, json, report)
 
 
 def _kept(last: "list[Flown]", out: str | None) -> str:
@@ -101,23 +103,36 @@ def _kept(last: "list[Flown]", out: str | None) -> str:
     return f"{done} finished; {more}."
 
 
-def _shown(last: "list[Flown]", loaded: "Problem", folder: Path | None, json: bool) -> None:
+def _reported(flown: "Flown", loaded: "Problem", chosen: "Gains | None", file: Path) -> Path:
+    """Writes the report of the gains flown, with their flights."""
+    from workbench.design.record import given
+    from workbench.handover.report.report import report_html
+    from workbench.machine.writing import write_text
+
+    gains = chosen or loaded.gains
+    assert gains is not None  # they were flown
+    write_text(file, report_html(given(loaded, gains), flights=flown))
+    return file
+
+
+def _shown(last: "list[Flown]", loaded: "Problem", folder: Path | None, json: bool, report: Path | None = None) -> None:
     if not last:
         return
     flown = last[0]
     picture = None if folder is None or not flown.figures else folder / PICTURE
     if picture is not None:
         _draw(flown, picture)
+    written = {name: str(file) for name, file in (("picture", picture), ("report", report)) if file is not None}
     if json:
-        emit_json(flown.to_dict() | ({} if picture is None else {"picture": str(picture)}))
+        emit_json(flown.to_dict() | written)
         return
     emit_rows(f"{loaded.title or loaded.name}: nonlinear flight", flown.rows())
     if flown.figures:
         emit_table(*flown.table())
     if flown.warning is not None:
         tell(f"warning: {flown.warning}")
-    if picture is not None:
-        say(f"picture {picture}")
+    for name, file in written.items():
+        say(f"{name:7} {file}")
 
 
 def _draw(flown: "Flown", picture: Path) -> None:

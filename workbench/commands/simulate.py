@@ -51,7 +51,7 @@ def simulate(
         str | None,
         typer.Option(
             help="A folder (there already, or a name that ends in / or has no ending) for history.csv and history.png; "
-            "any other name is the CSV file's. Of a vehicle, the folder that keeps its flights and their picture."
+            "any other name is the CSV file's. Of a vehicle, the folder that keeps its flights, a picture and a report."
         ),
     ] = None,
     hours: Annotated[
