@@ -146,7 +146,7 @@ def _print_multipliers(found) -> None:
 
     emit_table(
         f"What the limits cost (limits and bounds leave {found.unexplained:.1%} of the gradient of log J)",
-        ("requirement", "limit", "J for 1 % of it", "J for a unit", "at"),
+        ("requirement", "limit", "J\u00a0for\u00a01\u00a0%", "J\u00a0for\u00a0a\u00a0unit", "at"),
         [(m.name, f"{m.limit:g} {m.unit}", figure(m.per_percent), figure(m.per_unit), m.where) for m in found.each],
     )
 
