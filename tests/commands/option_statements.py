@@ -51,9 +51,9 @@ LOUD = {
     "technology": ("'quieter source'", "technology"),
 }  # fmt: skip
 
-FLIGHTS = "simulate heave --hours 0.006 --seeds 2 --law 2"
+FLIGHTS = "simulate heave --hours 0.009 --seeds 2 --law 2"
 FLOWN = {
-    "hours": ("0.007", ("hours", "figures")), "seeds": ("3", ("planned",)), "seed": ("1", ("figures",)),
+    "hours": ("0.010", ("hours", "figures")), "seeds": ("3", ("planned",)), "seed": ("1", ("figures",)),
     "law": ("1", ("force_law", "figures")), "integration-step-ms": ("0.4", ("step",)), "factor": ("0.5", ("figures",)),
 }  # fmt: skip
 
