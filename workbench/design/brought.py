@@ -22,6 +22,8 @@ ITERATIONS = 40  # of each goal brought in
 LAST = Options("slsqp", iterations=50, tolerance=1e-6)
 MET = -1e-3  # relative room of a goal that needs no solution of its own
 
+Job = tuple[np.ndarray, bool]  # where it begins, and whether that is near what is wanted and goes there at once
+
 
 def nominal(problem: Problem) -> Problem:
     """The problem that a search begins with: of the nominal loop, whose forces are straight lines."""
@@ -29,17 +31,20 @@ def nominal(problem: Problem) -> Problem:
     return problem.with_goals(kept if any(not goal.hard for goal in kept) else [*kept, RideCost()])
 
 
-def bringer(problem: Problem, back_off: float) -> Callable[[np.ndarray], Outcome]:
-    """From a solution for the nominal loop to one for all requirements; of a whole programme's variables."""
+def bringer(problem: Problem, back_off: float, solver: str) -> Callable[[Job], Outcome]:
+    """From a start to a solution for all requirements; of a whole programme's variables."""
     whole, first = Programme(problem, back_off=back_off), Programme(nominal(problem), back_off=back_off)
 
-    def brought(x: np.ndarray) -> Outcome:
-        held = list(first.problem.requirements)
-        for goal in (r for r in problem.requirements if r.beside):
-            held.append(goal)
-            programme = first.with_requirements(held)
-            if programme.at(x).constraints.min() < MET:
-                x = minimise(programme, x, Options("slp", iterations=ITERATIONS)).x
+    def brought(job: Job) -> Outcome:
+        x, near = job
+        if not near:
+            x = finish(first, x, solver=solver)[0].x
+            held = list(first.problem.requirements)
+            for goal in (r for r in problem.requirements if r.beside):
+                held.append(goal)
+                programme = first.with_requirements(held)
+                if programme.at(x).constraints.min() < MET:
+                    x = minimise(programme, x, Options("slp", iterations=ITERATIONS)).x
         return finish(whole, x, (1.0,), options=LAST)[0]
 
     return brought

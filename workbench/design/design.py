@@ -13,7 +13,7 @@ import numpy as np
 from workbench.analysis.analysis import Analysis, analyse
 from workbench.control import Gains
 from workbench.control.gains import GAIN_NAMES
-from workbench.design.brought import LAST, bringer, nominal
+from workbench.design.brought import LAST, Job, bringer, nominal
 from workbench.design.multipliers import multipliers
 from workbench.design.problem import Problem
 from workbench.design.record import DIGITS, Design, Start, given
@@ -161,7 +161,7 @@ def _smooth_design(problem, starts, seed, solver, start, workers, on_start, mode
         valleys = distinct(outcomes, SAME_ROUGHLY)[:MOST_BROUGHT] if beside else distinct(outcomes)[:FINISHED]
         candidates = [o.x for o in valleys]
         with keeping(time_after(len(log) == len(jobs))):
-            at_limits = _brought(problem, first, candidates, warm, workers, solver) if beside else None
+            at_limits = _brought(problem, candidates, warm, workers, solver) if beside else None
             looked_at = candidates[:AT_ONCE] if beside else candidates
             found = finished(problem, programme, [*looked_at, *warm], tuple(log), seed, solver, at_limits)
             try:
@@ -170,34 +170,34 @@ def _smooth_design(problem, starts, seed, solver, start, workers, on_start, mode
                 return found
 
 
-def _brought(problem: Problem, first: Problem, candidates, warm, workers: int, solver: str) -> list[Outcome]:
+def _brought(problem: Problem, candidates, warm, workers: int, solver: str) -> list[Outcome]:
     """Candidates for the nominal loop taken to all requirements, on processes; what is warm goes straight there.
 
     The first two always; where nothing meets everything yet, the others after them.
     """
-    near = Programme(first, back_off=BACK_OFFS[0])
-    found: dict[int, Outcome] = {}
+    rounds = [[(x, True) for x in warm] + [(x, False) for x in candidates[:AT_ONCE]]]
+    rounds += [[(x, False) for x in candidates[at : at + AT_ONCE]] for at in range(AT_ONCE, len(candidates), AT_ONCE)]
+    found: dict[tuple[int, int], Outcome] = {}
     try:
-        whole = Programme(problem, back_off=BACK_OFFS[0])
-        found |= {-1 - k: finish(whole, x, (1.0,), options=LAST)[0] for k, x in enumerate(warm)}
-        for at in range(0, len(candidates), AT_ONCE):
-            if at and any(outcome.feasible for outcome in found.values()):
+        for number, jobs in enumerate(rounds):
+            if any(outcome.feasible for outcome in found.values()):
                 break
-            jobs = [finish(near, x, solver=solver)[0].x for x in candidates[at : at + AT_ONCE]]
-            found |= {at + k: o for k, o in ends(jobs, _bringing, problem, workers=workers, work="a design")}
+            for k, outcome in ends(jobs, _bringing, (problem, solver), workers=workers, work="a design"):
+                found[number, k] = outcome
     except CUT_SHORT:
         if not found:
             raise
     return [found[k] for k in sorted(found)]
 
 
-def _bringing(problem: Problem) -> Callable[[np.ndarray], Outcome]:
-    """What brings one candidate after another."""
-    brought = bringer(problem, BACK_OFFS[0])
+def _bringing(shared: tuple[Problem, str]) -> Callable[[Job], Outcome]:
+    """What brings one start after another."""
+    problem, solver = shared
+    brought = bringer(problem, BACK_OFFS[0], solver)
 
-    def run(x: np.ndarray) -> Outcome:
+    def run(job: Job) -> Outcome:
         with one_thread():
-            return brought(x)
+            return brought(job)
 
     return run
 
