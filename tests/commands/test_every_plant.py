@@ -38,6 +38,7 @@ def test_a_plant_is_simulated_or_said_to_be_unstable(command, name):
     assert all(np.isfinite(one["values"]).all() for one in found)
 
 
+@pytest.mark.slow
 def test_plants_are_compared_with_each_other(command):
     assert command("compare", *PLANTS, "--json").code == 0
 

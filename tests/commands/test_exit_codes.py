@@ -106,6 +106,7 @@ def test_a_full_disk_behind_stdout_is_told():
     )
 
 
+@pytest.mark.slow
 def test_closed_streams_are_no_fault():
     closed = "import os, sys; os.close(1); os.close(2); sys.stdout = sys.stderr = None; "
     assert ended(process("problems", code=closed + MAIN))[0] == 0
@@ -144,7 +145,7 @@ def begun_at(
 @pytest.mark.parametrize(
     ("number", "code", "word"), [(signal.SIGINT, 130, "interrupted"), (signal.SIGTERM, 143, "terminated")]
 )
-@pytest.mark.parametrize("module", ["workbench.commands", BY_THE_COMMAND])
+@pytest.mark.parametrize("module", [pytest.param("workbench.commands", marks=pytest.mark.slow), BY_THE_COMMAND])
 def test_a_signal_during_imports_has_its_exit_code_and_a_word(number, code, word, module):
     begun, _ = begun_at(module=module)
     begun.send_signal(number)

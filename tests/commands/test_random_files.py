@@ -16,7 +16,7 @@ from workbench.files.problem import load_problem, shipped_problems
 
 DATA = {name: (folder / "data.toml").read_text("utf-8").splitlines() for name, folder in shipped_problems().items()}
 MANY = settings(
-    max_examples=300, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.function_scoped_fixture]
+    max_examples=120, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.function_scoped_fixture]
 )
 
 WORDS = st.sampled_from([

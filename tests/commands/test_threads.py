@@ -50,6 +50,7 @@ def lines(code, *arguments, threads="2", where):
     return done.stdout.splitlines()
 
 
+@pytest.mark.slow
 def test_the_first_design_of_a_process_runs_on_one_thread_whatever_the_environment_says(tmp_path):
     threads, two = lines(FIRST, where=tmp_path)
     assert threads == "{1}"

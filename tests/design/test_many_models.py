@@ -265,6 +265,7 @@ def test_each_design_is_the_best_at_what_it_was_asked_to_make_small(by_cost):
             assert measure(by_cost[name]) <= measure(by_cost[other]) * (1 + 5e-4)
 
 
+@pytest.mark.slow
 def test_a_box_that_no_gains_bear_is_refused_with_the_model_that_misses(heave):
     fast = Variation(box=FORCE, requirements=(requirement("decay rate", 40.0),))  # filters are no faster than 33 1/s
     with pytest.raises(InfeasibleError, match=r"'decay rate' must be >= 40 1/s; best found .* a miss of \d+ %"):
@@ -302,6 +303,7 @@ def test_sensor_scales_ten_per_cent_apart_cost_the_comfort_limit_less_than_a_fif
     assert cost < 1.2 * nominal
 
 
+@pytest.mark.slow
 def test_gains_for_many_models_begin_from_those_that_keep_the_reserves_of_the_nominal_vehicle():
     reserve = goal("dead time borne", {"points": ("currents:uniform",), "at_least_ms": 6.0})
     heave = load_problem("heave")

@@ -81,6 +81,7 @@ def test_a_few_steps_of_the_convex_sequence_keep_every_promise(affine):
     assert not affine.unstable(found.x)
 
 
+@pytest.mark.slow
 def test_the_dense_frequencies_do_not_hide_what_a_bracket_over_all_of_them_sees(affine, reached):
     problem = affine.problem
     K = problem.structure.controller(reached.x)

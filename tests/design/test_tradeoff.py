@@ -30,11 +30,13 @@ def test_no_limit_costs_more_than_designs_from_random_starts_of_its_own(heave, c
     assert curve.costs[0] < 0.1  # 0.177 in the valley of the approved gains, 0.090 outside it
 
 
+@pytest.mark.slow
 def test_a_looser_limit_costs_no_more(curve):
     assert curve.limits == (0.020, 0.010, 0.002)
     assert list(curve.costs) == sorted(curve.costs)
 
 
+@pytest.mark.slow
 def test_every_point_meets_its_own_limit(heave, curve):
     for limit, gains in zip(curve.limits, curve.gains, strict=True):
         assert all(v.met for v in verdicts(with_limit(heave, BIAS, limit), analyse(heave.setting, gains)))

@@ -92,6 +92,7 @@ def test_the_table_of_a_session_holds_its_values(tmp_path):
     assert read_table(tmp_path / "gains.json").values() == {"K": 3.0}
 
 
+@pytest.mark.slow
 def test_the_panel_has_a_slider_for_every_parameter_and_a_picture_that_follows(tmp_path):
     pytest.importorskip("ipywidgets")
     panel = explore(load_problem("dc_motor"), {"Kp": 15.0}, state=tmp_path / "s.json")

@@ -72,6 +72,7 @@ def test_light_modes_far_above_the_crossover_are_counted_where_fractions_say_not
     assert differ >= 2  # Padé fractions of order 4 are wrong here
 
 
+@pytest.mark.slow
 def test_random_loops_over_twelve_decades_of_time_agree_with_the_roots_followed_from_zero_dead_time():
     random = np.random.default_rng(11)
     seen = set()

@@ -362,7 +362,7 @@ def test_every_promise_with_a_sampled_counterpart_stands_beside_its_sampled_valu
     ("name", "figure", "side"),
     [("damping ratio", "damping", 1), ("decay rate", "decay", 1), ("peak sensitivity", "", -1)],
 )
-@pytest.mark.parametrize("format", ["c", "mat"])
+@pytest.mark.parametrize("format", ["c", pytest.param("mat", marks=pytest.mark.slow)])
 def test_a_promise_broken_by_a_hair_in_the_sampled_loop_is_refused_by_name_and_one_kept_is_not(
     table, name, figure, side, format
 ):

@@ -154,6 +154,7 @@ def test_colours_follow_the_readers_light_and_paper(html):
     assert fixed == set(), "a colour that does not follow the style sheet"
 
 
+@pytest.mark.slow
 def test_one_design_makes_one_report(design, html, table):
     assert report_html(design, trade_off=CURVE, robustness=CASES, table=table, created=WHEN) == html
 

@@ -66,6 +66,7 @@ def test_a_growing_roll_rate_twists_the_guideway_under_the_vehicle():
     assert bank == pytest.approx(0.1 * time + 0.25 * time**2, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_commands_of_joined_sets_can_give_the_currents_that_carry_a_lost_set():
     problem = load_problem("two_coil_corner")
     point = operating_point(problem.vehicle, Conditions(lost_set=1, carried_by="currents"))

@@ -121,6 +121,7 @@ def test_smooth_measure_of_the_motor_current_agrees_with_the_exact_one(analysis)
     assert limit * (1 - slack) == pytest.approx(analysis.motor.current_at_3_sigma, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_gradient_of_the_motor_constraint_is_its_slope():
     programme = Programme(PROBLEM, back_off=0.0)
     x = programme.x(GAINS)

@@ -179,6 +179,7 @@ def front(tmp_path_factory):
     return run_study(study(place, FRONT), place / "out"), place
 
 
+@pytest.mark.slow
 def test_a_front_over_the_limits_of_goals_costs_less_where_they_are_looser(front):
     found, _ = front
     assert found.columns["limit"] == [80.0, 40.0, 20.0, 60.0, 75.0]  # a margin is loosest where it is least
