@@ -15,7 +15,7 @@ from workbench.physics.guideway.realisation import realisation
 from workbench.simulation.course import Guideways
 from workbench.simulation.exponential import Exponential, phi_functions
 from workbench.simulation.flight import flown_over
-from workbench.simulation.flown import Flown, Rate, Touch, ride_figures
+from workbench.simulation.flown import Flights, Rate, Touch, ride_figures
 from workbench.simulation.history import Contact
 from workbench.simulation.reading import Reader, digital_weight, usual_places
 from workbench.simulation.simulate import Simulator
@@ -125,7 +125,7 @@ def test_what_cannot_be_flown_is_refused(problem, changed, sentence):
 def flown_record(**changed):
     contact = Contact(time=31.0, coil_set=2, surface="wall")
     linear = np.array([[1.0, 2.0], [1.1, 2.1]])
-    return Flown(**{
+    return Flights(**{
         "hours": 0.5, "contacts": 1, "contacts_per_hour": Rate.of(1, 0.5),
         "figures": ride_figures([("gap", "front")], np.full(2, 900.0), linear, 1.1 * linear),
         "touches": (Touch(flight=3, contact=contact),), "flights": 3, "planned": 3, "duration": 100.0, "seeds": 3,

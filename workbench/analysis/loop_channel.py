@@ -107,12 +107,8 @@ def _factors(S, grid: np.ndarray) -> list[tuple[float, float]]:
     grid = grid[grid > 0]
     sign = L.imag > 0
     ends = np.flatnonzero(sign[1:] != sign[:-1])
-    low, high, above = grid[ends], grid[ends + 1], sign[ends]
-    for _ in range(60):
-        middle = (low + high) / 2
-        stays = ((1 / S(middle) - 1).imag > 0) == above if len(middle) else np.zeros(0, bool)
-        low, high = np.where(stays, middle, low), np.where(stays, high, middle)
-    omega = np.r_[0.0, (low + high) / 2]
+    between = np.stack([grid[ends], grid[ends + 1]], axis=1)
+    omega = np.r_[0.0, pursued(lambda at: (1 / S(at) - 1).imag, between) if len(ends) else []]
     with np.errstate(all="ignore"):
         real = (1 / S(omega) - 1).real if len(omega) else np.zeros(0)
         return [(float(-1 / x), float(w)) for x, w in zip(real, omega, strict=True) if x and math.isfinite(x)]

@@ -119,13 +119,7 @@ class ReserveAt:
     def _slope(self, part: Part, at: int, weight: np.ndarray) -> np.ndarray:
         """(17,) complex: trace(weight dS) at frequency number `at`, of S in the part's directions; weight (r, r)."""
         K, M, size = self._loop(part)
-        M = M[at]
-        if part.at_sensors:  # dS = M dK (I + M K), the latter from the sensors
-            left, right = M[:size], M @ K.value[:, :size]
-            right[:size] += np.eye(size)
-        else:  # dS = (I + K M) dK M
-            left, right = K.value[:size] @ M, M[:, :size]
-            left[:, :size] += np.eye(size)
+        left, right = _sides(K, M[at], size, part.at_sensors)
         inner = right @ part.right @ weight @ part.left @ left
         return np.tensordot(K.slope, inner.T, 2)
 
@@ -169,6 +163,17 @@ class ReserveAt:
         return np.array(values), np.array(slopes)
 
 
+def _sides(K: LawMatrices, M: np.ndarray, size: int, at_sensors: bool = False) -> tuple[np.ndarray, np.ndarray]:
+    """left, right of dS = left dK right, S at the first `size` commands or sensors of a closed map M."""
+    if at_sensors:  # dS = M dK (I + M K), the latter from the sensors
+        left, right = M[:size], M @ K.value[:, :size]
+        right[:size] += np.eye(size)
+    else:  # dS = (I + K M) dK M
+        left, right = K.value[:size] @ M, M[:, :size]
+        left[:, :size] += np.eye(size)
+    return left, right
+
+
 def _highest(size: np.ndarray) -> np.ndarray:
     """Places of the highest crests, `CRESTS` of them; the highest again where there are fewer."""
     crest = np.flatnonzero(np.r_[True, size[1:] >= size[:-1]] & np.r_[size[:-1] >= size[1:], True])
@@ -185,8 +190,7 @@ def _peak_rows(loop: Stacked, K: LawMatrices, limit: float) -> Rows:
     values, slopes = [], []
     for at in _highest(sizes[:, 0]):
         u, v = left[at][:, 0].conj(), right[at][0].conj()
-        row, column = u @ (K.value[:c] @ M[at]), M[at][:, :c] @ v  # dS = S dK M
-        row[:c] += u
+        to, by = _sides(K, M[at], c)
         values.append(1 - sizes[at, 0] / limit)
-        slopes.append(-((K.slope @ column) @ row).real / limit)
+        slopes.append(-((K.slope @ (by @ v)) @ (u @ to)).real / limit)
     return np.array(values), np.array(slopes)

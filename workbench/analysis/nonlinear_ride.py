@@ -18,7 +18,7 @@ from workbench.analysis.closure import SIGNALS, GridLoop, Passage, adjoint, sett
 from workbench.analysis.closure_slope import Aim, Weights, pulled
 from workbench.analysis.crossing import Contacts, crossings
 from workbench.analysis.drawn_ride import DrawnRides, drawn_rides
-from workbench.analysis.response import COST_POINTS, COST_SCALE, seen_guideway, spectrum_of
+from workbench.analysis.response import COST_POINTS, COST_SCALE, WEIGHTING, seen_guideway, spectrum_of
 from workbench.analysis.ride import weight
 from workbench.analysis.setting import Setting
 from workbench.analysis.spectra import UNITS, looked_at
@@ -33,7 +33,6 @@ from workbench.physics.vehicle.curvature import ForceBend
 from workbench.physics.vehicle.linear import EXTERNAL
 from workbench.result import Result, Row
 
-WEIGHTING = {"acceleration_z": "Wk", "acceleration_y": "Wd"}
 FELT = {"acceleration_z": "weighted_z", "acceleration_y": "weighted_y"}
 PERIODS = (20.0, 40.0, 80.0)  # [s] of the grid: the first with 6 decays of the slowest root; few, for smooth figures
 DECAYS = 6.0

@@ -21,25 +21,15 @@ from workbench.control.structure.loop import Loop
 from workbench.control.structure.structure import Structure
 from workbench.errors import InputError, unknown_name
 from workbench.lti.hold import held
-from workbench.lti.measure import peak
+from workbench.lti.measure import beyond, peak
 
 MOST_LISTED = 500  # samples of a dead time in a listed case: each is a state, and faster sampling changes nothing more
 LISTED = ("scale", "lost", "dead", "weak")  # a stuck sensor is a dead one, and one that drifts changes no root
 
 
-def commands_of(loop: Loop) -> tuple[str, ...]:
-    """Signals that the structure makes and the plant takes."""
-    return tuple(name for name in loop.structure.outputs if name in loop.model.inputs)
-
-
-def sensors_of(loop: Loop) -> tuple[str, ...]:
-    """Signals that the plant makes and the structure reads."""
-    return tuple(name for name in loop.analysis_points if name in loop.model.outputs)
-
-
 def points_of_loop(loop: Loop) -> Mapping[Break, tuple[str, ...]]:
     """Break points of a loop and the signals broken there: each alone, and all commands or all sensors at once."""
-    kinds = {"command": commands_of(loop), "sensor": sensors_of(loop)}
+    kinds = {"command": loop.commands, "sensor": loop.sensors}
     kinds["signal"] = tuple(name for name in loop.analysis_points if not any(name in own for own in kinds.values()))
     found = {Break(kind, name): (name,) for kind, own in kinds.items() for name in own}
     return found | {Break(ALL, f"{kind}s"): own for kind, own in kinds.items() if len(own) > 1}
@@ -50,7 +40,7 @@ def listed(loop: Loop) -> tuple[Change, ...]:
     found = []
     for kind in LISTED:
         amounts = KINDS[kind].amounts or (None,)
-        names = sensors_of(loop) if KINDS[kind].on == SENSOR else commands_of(loop)
+        names = loop.sensors if KINDS[kind].on == SENSOR else loop.commands
         found += [Change(kind, name, amount) for name in names for amount in amounts]
     return tuple(found)
 
@@ -62,7 +52,7 @@ def check_change(loop: Loop, change: Change) -> None:
             f"the variation {change.name!r} is one of a vehicle; a plant of its own has those of its signals, such as "
             f"{', '.join(c.name for c in listed(loop)[:3])}. Other plants are models of their own."
         )
-    names = sensors_of(loop) if change.on == SENSOR else commands_of(loop)
+    names = loop.sensors if change.on == SENSOR else loop.commands
     if change.target not in names:
         raise unknown_name("variation", change.name, [replace(change, target=name).name for name in names])
 
@@ -94,11 +84,8 @@ def variations(loops: Sequence[Loop], K: Controller, changes: Sequence[Change] |
 
 
 def _varied(change: Change, loops: Sequence[Loop], K: Controller) -> Varied:
-    roots = [_roots(loop, K) for loop in loops]
-    return Varied(
-        name=change.name, damping=min(damping for damping, _ in roots), decay=min(decay for _, decay in roots),
-        peaks={loop.name: _peak(loop, K) for loop in loops},
-    )  # fmt: skip
+    damping, decay, peaks = _figures(_located(loops, K), K)
+    return Varied(name=change.name, damping=damping, decay=decay, peaks=peaks)
 
 
 def sampled_cases(
@@ -118,32 +105,40 @@ def sampled_cases(
 
 
 def _case(loops: Sequence[Loop], structure: Structure, sample_time: float, delay: float) -> SampledCase:
+    damping = decay = None
+    peaks: dict[str, float | None] = dict.fromkeys(loop.name for loop in loops)
     try:
         K = _sampled(structure, sample_time).controller()
-        there = [sampled(loop, sample_time, delay) for loop in loops]
-        roots = [_roots(loop, K) for loop in there]
+        there = _located([sampled(loop, sample_time, delay) for loop in loops], K)
     except InputError:
-        nothing = dict.fromkeys(loop.name for loop in loops)
-        return SampledCase(
-            sample_time=sample_time, delay_samples=delay, damping=None, decay=None, peak_sensitivity=nothing
-        )
+        pass
+    else:
+        damping, decay, peaks = _figures(there, K)
     return SampledCase(
-        sample_time=sample_time, delay_samples=delay, damping=min(damping for damping, _ in roots),
-        decay=min(decay for _, decay in roots), peak_sensitivity={loop.name: _peak(loop, K) for loop in there},
-    )  # fmt: skip
+        sample_time=sample_time, delay_samples=delay, damping=damping, decay=decay, peak_sensitivity=peaks
+    )
 
 
-def _roots(loop: Loop, K: Controller) -> tuple[float, float]:
-    """Damping and decay of a loop; with dead times the located roots."""
-    poles, h = np.asarray(loop.poles(K), complex), loop.sample_time
+def _located(loops: Sequence[Loop], K: Controller) -> list[tuple[Loop, np.ndarray]]:
+    """The loops and their poles (k,), with dead times those that are located."""
+    return [(loop, np.asarray(loop.poles(K), complex)) for loop in loops]
+
+
+def _figures(found: Sequence[tuple[Loop, np.ndarray]], K: Controller) -> tuple[float, float, dict[str, float | None]]:
+    """Least damping and decay of loops with their poles, and the peak of S of each by its name."""
+    roots = [_roots(poles, loop.sample_time) for loop, poles in found]
+    peaks = {loop.name: _peak(loop, K, poles) for loop, poles in found}
+    return min(damping for damping, _ in roots), min(decay for _, decay in roots), peaks
+
+
+def _roots(poles: np.ndarray, h: float | None) -> tuple[float, float]:
+    """Damping and decay of a loop with poles (k,)."""
     if h is not None:
         poles = np.log(poles[np.abs(poles) > PASSED]) / h
     return (damping_of(poles), float(0.0 - poles.real.max())) if len(poles) else (1.0, float("inf"))
 
 
-def _peak(loop: Loop, K: Controller) -> float | None:
-    """The peak of S at all commands; None if unstable."""
-    commands = commands_of(loop)
-    if not commands or loop.unstable_poles(K):
-        return None
-    return peak(lined(loop.sensitivity(commands), K)).upper
+def _peak(loop: Loop, K: Controller, poles: np.ndarray) -> float | None:
+    """The peak of S at all commands; None if unstable, which dead times leave to a count."""
+    unstable = loop.unstable_poles(K) if loop.model.delayed else beyond(poles, loop.sample_time)
+    return None if unstable or not loop.commands else peak(lined(loop.sensitivity(loop.commands), K)).upper

@@ -26,6 +26,7 @@ from workbench.physics.guideway.irregularity import TYPES, patterns, stations
 
 REACH = 1e-12  # [m/m] below which a coordinate does not follow a type at 1 rad/s: rounding of an exact zero
 WEIGHTS = {"z": "Wk", "y": "Wd"}  # ISO 2631-1, vertical and lateral, seated
+WEIGHTING = {f"acceleration_{direction}": name for direction, name in WEIGHTS.items()}
 COST_SCALE = 1e4  # J = 10⁴ Σ mean squares in g²
 COST_POINTS = ("cg", "front", "rear")
 

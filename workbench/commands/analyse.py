@@ -72,8 +72,7 @@ def analyse(
             f"problem {problem!r} has no approved gains; give some with --gains FILE, "
             f"or run 'workbench design {problem}'."
         )
-    own = [] if loaded.sample_time is None else [(loaded.sample_time, 0.0)]
-    result = full_analysis(loaded.setting, chosen, loaded.name, sampled=own)
+    result = full_analysis(loaded.setting, chosen, loaded.name, sampled=loaded.own_sampling)
     kept, written = result.reserves, {} if report is None else {"report": str(report)}
     if report is not None:
         from workbench.design.design import given

@@ -17,7 +17,7 @@ from workbench.machine.terminal import printable
 if TYPE_CHECKING:
     from workbench.control import Gains
     from workbench.design.problem import Problem
-    from workbench.simulation.flown import Flown
+    from workbench.simulation.flown import Flights
 
 PICTURE, REPORT = "flights.png", "report.html"
 
@@ -66,12 +66,12 @@ def simulate_flights(
         raise InputError("--workers are of this machine, --scheduler has workers of its own; give one of them.")
     chosen = None if gains is None else read_gains(gains, speed=loaded.setting.speed)
     folder = None if out is None else Path(out)
-    last: list[Flown] = []
+    last: list[Flights] = []
     try:
         with progress(json) as show:
             bar = []
 
-            def on_flown(flown: "Flown") -> None:
+            def on_flown(flown: "Flights") -> None:
                 if not bar:
                     bar.append(show("flights", flown.planned))
                 for _ in range(flown.flights - (last[0].flights if last else 0)):
@@ -97,13 +97,13 @@ def simulate_flights(
     _shown(last, loaded, folder, json, report)
 
 
-def _kept(last: "list[Flown]", out: str | None) -> str:
+def _kept(last: "list[Flights]", out: str | None) -> str:
     done = f"{last[0].flights} of {last[0].planned} flights" if last else "no flight"
     more = "give --out FOLDER to keep them" if out is None else "the same command goes on from there"
     return f"{done} finished; {more}."
 
 
-def _reported(flown: "Flown", loaded: "Problem", chosen: "Gains | None", file: Path) -> Path:
+def _reported(flown: "Flights", loaded: "Problem", chosen: "Gains | None", file: Path) -> Path:
     """Writes the report of the gains flown, with their flights."""
     from workbench.design.record import given
     from workbench.handover.report.report import report_html
@@ -115,7 +115,9 @@ def _reported(flown: "Flown", loaded: "Problem", chosen: "Gains | None", file: P
     return file
 
 
-def _shown(last: "list[Flown]", loaded: "Problem", folder: Path | None, json: bool, report: Path | None = None) -> None:
+def _shown(
+    last: "list[Flights]", loaded: "Problem", folder: Path | None, json: bool, report: Path | None = None
+) -> None:
     if not last:
         return
     flown = last[0]
@@ -135,7 +137,7 @@ def _shown(last: "list[Flown]", loaded: "Problem", folder: Path | None, json: bo
         say(f"{name:7} {file}")
 
 
-def _draw(flown: "Flown", picture: Path) -> None:
+def _draw(flown: "Flights", picture: Path) -> None:
     from io import BytesIO
 
     import matplotlib

@@ -46,8 +46,7 @@ def analyse(given_one: Problem | Design, values: Values | None = None) -> FullAn
     if not problem.flies:
         return plant_analysis(problem, chosen)
     gains = chosen if isinstance(chosen, Gains) else Gains.from_mapping(chosen)
-    own = [] if problem.sample_time is None else [(problem.sample_time, 0.0)]
-    return full_analysis(problem.setting, gains, problem.name, sampled=own)
+    return full_analysis(problem.setting, gains, problem.name, sampled=problem.own_sampling)
 
 
 def margins(given_one: Problem | Design, values: Values | None = None) -> LoopMargins:

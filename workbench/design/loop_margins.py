@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from workbench.analysis.loop_channel import channel_margins, lined
-from workbench.analysis.plant_reserves import commands_of, points_of_loop, sensors_of
+from workbench.analysis.plant_reserves import points_of_loop
 from workbench.control.structure.block import Controller
 from workbench.control.structure.loop import Loop
 from workbench.errors import InputError
@@ -162,7 +162,7 @@ def _of(loops: tuple[Loop, ...], K: Controller) -> LoopMargins:
                 model=loop.name, what=what, points=some, disk=_disk(loop, K, some),
                 peak_sensitivity=_peak(loop, K, some),
             )
-            for what, some in (("commands", commands_of(loop)), ("measurements", sensors_of(loop)))
+            for what, some in (("commands", loop.commands), ("measurements", loop.sensors))
             if len(some) > 1
         ]  # fmt: skip
     points, together = _break_points(loops, single, joint)

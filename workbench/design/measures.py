@@ -16,7 +16,7 @@ from functools import cached_property
 import casadi as ca
 import numpy as np
 
-from workbench.analysis.response import exciting_types, point_acceleration, seen_guideway, spectrum_of
+from workbench.analysis.response import WEIGHTS, exciting_types, point_acceleration, seen_guideway, spectrum_of
 from workbench.analysis.ride import weight
 from workbench.analysis.setting import Setting
 from workbench.compiled import Buffered
@@ -234,7 +234,7 @@ def _output_rows(setting: Setting, subject: Subject, frequency_hz: np.ndarray):
     names = plant.outputs
     classes: list[tuple[str, np.ndarray]] = []
     scale = []
-    for direction, weighting in (("z", "Wk"), ("y", "Wd")):
+    for direction, weighting in WEIGHTS.items():
         felt = weight(weighting).magnitude(frequency_hz) ** 2
         for point, place in setting.points.items():
             row = point_acceleration(names, place, direction)

@@ -93,12 +93,11 @@ class PlantAnalysis(Result):
             return None
         problem, found = self.design.problem, self.margins
         loops, structure = problem.loops, self.design.structure
-        own = [] if problem.sample_time is None else [(problem.sample_time, 0.0)]
         with one_thread():
             return Reserves(
                 break_points=found.points if found else (), together=found.together if found else (),
-                variations=variations(loops, structure.controller()), sampled=sampled_cases(loops, structure, own),
-                frozen=(),
+                variations=variations(loops, structure.controller()),
+                sampled=sampled_cases(loops, structure, problem.own_sampling), frozen=(),
             )  # fmt: skip
 
     @property

@@ -84,8 +84,7 @@ def simulate_plant(
                 f"{', '.join(first.points)}."
             )
         each = {name: _steps(given) for name, given in asked.items()}
-        commands = tuple(name for name in first.structure.outputs if name in first.model.inputs)
-        seen = (*first.model.outputs, *commands) if outputs is None else _listed(outputs)
+        seen = (*first.model.outputs, *first.commands) if outputs is None else _listed(outputs)
         found = tuple(
             loop_response(loop, K, each, seen, duration=duration, instants=instants) for loop in loops
         )  # fmt: skip

@@ -105,6 +105,11 @@ class Problem(Result):
         return tuple(goal for goal in self.goals if goal.hard)
 
     @property
+    def own_sampling(self) -> tuple[tuple[float, float], ...]:
+        """(sample time [s], 0 samples of delay) of a problem that has one: a case besides those always looked at."""
+        return () if self.sample_time is None else ((self.sample_time, 0.0),)
+
+    @property
     def free(self) -> tuple[str, ...]:
         """Names of the free parameters, in the structure's order."""
         return tuple(p.name for p in self.structure.parameters if p.free)

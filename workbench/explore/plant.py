@@ -205,11 +205,10 @@ def _shot(problem: Problem, values: Mapping[str, float]) -> PlantShot:
         return PlantShot(analysis=found, loops=(), steps=())
     K, loops, steps = found.design.structure.controller(), [], []
     for loop in problem.loops:
-        commands = tuple(name for name in loop.structure.outputs if name in loop.model.inputs)
-        loops += [open_loop(loop, K, point) for point in commands]
+        loops += [open_loop(loop, K, point) for point in loop.commands]
         for source in loop.exogenous[:1]:
             try:
-                steps += [step_curve(loop, K, source, seen) for seen in (loop.model.outputs, commands)]
+                steps += [step_curve(loop, K, source, seen) for seen in (loop.model.outputs, loop.commands)]
             except InputError:  # a step that does not come to rest in time is not drawn
                 continue
     return PlantShot(analysis=found, loops=tuple(loops), steps=tuple(steps))

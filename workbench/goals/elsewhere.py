@@ -50,8 +50,7 @@ def decay_measure(loop: Loop, limit: float, focus: Band) -> Measure:
 
 def peak_measure(loop: Loop, limit: float, focus: Band) -> Measure:
     """‖S‖∞/limit at all commands."""
-    commands = tuple(name for name in loop.structure.outputs if name in loop.model.inputs)
-    return Sensitivity(commands, limit=limit, focus=focus).bind(loop).measure
+    return Sensitivity(loop.commands, limit=limit, focus=focus).bind(loop).measure
 
 
 def linear(goal: Goal) -> Asked:

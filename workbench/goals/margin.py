@@ -36,7 +36,6 @@ from workbench.lti.realisation import Realisation
 if TYPE_CHECKING:
     from workbench.control.structure.block import Controller
 
-BISECTIONS = 60
 MU_CLOSE = 2e-3  # relative: as near as turns and scalings of three and more channels come to each other
 FINEST = 1e-4  # tolerance of the disk margin where a limit lies inside its bracket
 ROUNDED = 1e-13  # of ½: S(∞) this near to it leaves open which side of 1 the loop gain is on
@@ -314,7 +313,8 @@ class DelayMeasure:
             return Value(
                 value=0.0, channel=self.point, reason="the loop gain passes 1 nowhere; any dead time is borne."
             )
-        omega = self._bisected(state, finite[ends], finite[ends + 1], gain[ends] > 0)
+        between = np.stack([finite[ends], finite[ends + 1]], axis=1)
+        omega = pursued(lambda at: self._excess(state, at), between)
         lag = np.angle(-self._loop(state, omega)) % (2 * math.pi)
         lag = np.where(lag == 0, 2 * math.pi, lag)
         values = self.delay * omega / lag
@@ -341,13 +341,6 @@ class DelayMeasure:
         """Positive where |L| > 1: 1/2 − Re S, finite everywhere."""
         S = state.response(Axis.of(omega, self.channel.sample_time))[:, 0, 0]
         return 0.5 - S.real
-
-    def _bisected(self, state: Sampled, low: np.ndarray, high: np.ndarray, above: np.ndarray) -> np.ndarray:
-        for _ in range(BISECTIONS):
-            middle = (low + high) / 2
-            stays = (self._excess(state, middle) > 0) == above
-            low, high = np.where(stays, middle, low), np.where(stays, high, middle)
-        return (low + high) / 2
 
     def _weight(self, state: Sampled, omega: float, lag: float, value: float) -> np.ndarray:
         """W of value = delay·ω/lag, with ω and lag following L: ∂ω = −Re(∂L/L)/Re(L'/L), ∂lag = Im(∂L/L + L'/L ∂ω).

@@ -4,13 +4,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from workbench.simulation.flown import Flown
+from workbench.simulation.flown import Flights
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-def plot_flown(flown: Flown, *, ax: "Axes | None" = None) -> "Axes":
+def plot_flown(flown: Flights, *, ax: "Axes | None" = None) -> "Axes":
     """Ratios nonlinear over linear with bars of two standard errors; hours and contacts per hour in the title."""
     import matplotlib.pyplot as plt
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from workbench.analysis.response import COST_SCALE
 from workbench.constants import GRAVITY
 from workbench.result import Result, Row
 from workbench.simulation.history import Contact
@@ -23,7 +24,7 @@ WORDS = {
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class RideFigure:
+class FlightFigure:
     """One figure of the ride, about rest: rms, or the cost J, a mean square.
 
     quantity, place : as in `Analysis.rms`, or "cost" and nothing;  linear, nonlinear : on the same guideways
@@ -72,7 +73,7 @@ class Touch:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
-class Flown(Result):
+class Flights(Result):
     """Flights of the nonlinear vehicle over drawn guideways, beside the linear one on the same.
 
     hours : flown, warm-up left out;  contacts : in them;  contacts_per_hour : with its interval
@@ -85,7 +86,7 @@ class Flown(Result):
     hours: float
     contacts: int
     contacts_per_hour: Rate
-    figures: tuple[RideFigure, ...]
+    figures: tuple[FlightFigure, ...]
     touches: tuple[Touch, ...]
     flights: int
     planned: int
@@ -105,7 +106,7 @@ class Flown(Result):
         """Whether all that was asked for is flown."""
         return self.flights == self.planned
 
-    def figure(self, quantity: str, place: str = "") -> RideFigure:
+    def figure(self, quantity: str, place: str = "") -> FlightFigure:
         """One of the figures."""
         return next(f for f in self.figures if (f.quantity, f.place) == (quantity, place))
 
@@ -133,7 +134,7 @@ class Flown(Result):
 
 def ride_figures(
     names: Sequence[tuple[str, str]], seconds: np.ndarray, linear: np.ndarray, nonlinear: np.ndarray
-) -> tuple[RideFigure, ...]:
+) -> tuple[FlightFigure, ...]:
     """The cost and the figures of flights without contact.
 
     Parameters
@@ -149,15 +150,15 @@ def ride_figures(
     error = scatter.std(axis=0, ddof=1) / np.sqrt(len(scatter)) if len(scatter) > 1 else np.full_like(share, np.nan)
     one, other = linear.sum(axis=0) / seconds.sum(), nonlinear.sum(axis=0) / seconds.sum()
     root = np.sqrt(share)
-    cost = RideFigure(
-        quantity="cost", place="", unit=COST_UNIT, linear=float(1e4 * one[0] / GRAVITY**2),
-        nonlinear=float(1e4 * other[0] / GRAVITY**2), ratio=float(share[0]), standard_error=float(error[0]),
+    cost = FlightFigure(
+        quantity="cost", place="", unit=COST_UNIT, linear=float(COST_SCALE * one[0] / GRAVITY**2),
+        nonlinear=float(COST_SCALE * other[0] / GRAVITY**2), ratio=float(share[0]), standard_error=float(error[0]),
     )  # fmt: skip
     largest = {
         u: max((one[k] for k, (q, _) in enumerate(names, 1) if UNITS[q] == u), default=0.0) for u in UNITS.values()
     }
     rest = (
-        RideFigure(
+        FlightFigure(
             quantity=quantity, place=place, unit=UNITS[quantity], linear=float(np.sqrt(one[k])),
             nonlinear=float(np.sqrt(other[k])), ratio=float(root[k]), standard_error=float(error[k] / (2 * root[k])),
         )

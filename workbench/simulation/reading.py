@@ -11,6 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
+from workbench.analysis.response import WEIGHTING
 from workbench.analysis.ride import weight
 from workbench.simulation.exponential import Stretch
 from workbench.simulation.history import point_row
@@ -18,7 +19,6 @@ from workbench.simulation.rig import Rig
 
 ENDS = ("front", "rear")
 UNITS = {"acceleration_z": "m/s²", "acceleration_y": "m/s²", "gap": "m", "gap_lateral": "m", "current": "of main coil"}
-FELT = {"acceleration_z": "Wk", "acceleration_y": "Wd"}
 Places = Mapping[str, tuple[float, float, float]]
 
 
@@ -47,7 +47,7 @@ class Reader:
     def names(self) -> tuple[tuple[str, str], ...]:
         """Quantity and place of each series."""
         ends = [(quantity, end) for quantity in ("gap", "gap_lateral", "current") for end in ENDS]
-        return (*((quantity, place) for quantity in FELT for place in self.places), *ends)
+        return (*((quantity, place) for quantity in WEIGHTING for place in self.places), *ends)
 
     @cached_property
     def _matrix(self) -> np.ndarray:
@@ -56,7 +56,7 @@ class Reader:
         out = np.zeros((len(self.names), 5 + 3 * n + m))
         ends = end_commands(self.rig)
         for row, (quantity, place) in zip(out, self.names, strict=True):
-            if quantity in FELT:
+            if quantity in WEIGHTING:
                 row[:5] = point_row(self.places[place], quantity[-1])
             elif quantity == "current":
                 row[5 + 3 * n + ends[place]] = 1.0
@@ -84,7 +84,7 @@ class Reader:
         at = usual_places(self.rig)
         return {
             weighting: [self.names.index((quantity, place)) for place in at if place in self.places]
-            for quantity, weighting in FELT.items()
+            for quantity, weighting in WEIGHTING.items()
         }
 
 

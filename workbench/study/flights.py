@@ -1,7 +1,7 @@
 """Hours of nonlinear flight: drawn guideways dealt out to whoever computes, kept as they finish, and summed up.
 
     problem or design, hours, seeds --rig, step from its poles--> FlightTask: a row is one flight
-      --study.executor: this process, several, a cluster--> rows --kept in a folder, if one is named--> Flown
+      --study.executor: this process, several, a cluster--> rows --kept in a folder, if one is named--> Flights
 
 A guideway of its own for every flight, by its number alone: the same flights whoever computes them, and with whatever
 gains. Sixteen fly side by side, always the same sixteen, so that not even rounding depends on the workers.
@@ -30,7 +30,7 @@ from workbench.result import plain
 from workbench.simulation.course import Guideways
 from workbench.simulation.exponential import Exponential
 from workbench.simulation.flight import Flight, flown_over
-from workbench.simulation.flown import Flown, Rate, Touch, ride_figures
+from workbench.simulation.flown import Flights, Rate, Touch, ride_figures
 from workbench.simulation.history import Contact
 from workbench.simulation.reading import Reader
 from workbench.simulation.rig import LONGEST_STEP, Rig, coarseness
@@ -130,8 +130,8 @@ def fly(
     given: Problem | Design, gains: Gains | None = None, *, hours: float = 1.0, seeds: int = 16, seed: int = 0,
     order: int | None = ORDER, step: float | None = None, factor: float = 1.0, warm_up: float = 10.0, workers: int = 1,
     scheduler: str | None = None, folder: Path | None = None, fresh: bool = False,
-    on_flown: Callable[[Flown], None] | None = None, deadline: Deadline | None = None,
-) -> Flown:  # fmt: skip
+    on_flown: Callable[[Flights], None] | None = None, deadline: Deadline | None = None,
+) -> Flights:  # fmt: skip
     """Hours of nonlinear flight of a vehicle on its problem's guideway, beside the linear flight.
 
     Parameters
@@ -166,7 +166,7 @@ def fly(
         pieces = [] if store is None else list(store.pieces(task.width))
         ranges = missing(task.planned, [(p.first, p.first + len(p.values)) for p in pieces], BESIDE, BESIDE)
 
-        def so_far() -> Flown:
+        def so_far() -> Flights:
             rows = [
                 row for piece in sorted(pieces, key=lambda p: p.first) for row in enumerate(piece.values, piece.first)
             ]
@@ -262,7 +262,7 @@ def grid(rig: Rig, step: float | None) -> tuple[float, int]:
     return float(spacing), int(np.ceil(spacing / (speed * wanted) - 1e-9))
 
 
-def _summed(task: FlightTask, rows: list[tuple[int, list[Any]]], seeds: int, law: str) -> Flown:
+def _summed(task: FlightTask, rows: list[tuple[int, list[Any]]], seeds: int, law: str) -> Flights:
     numbers = np.array([row[:2] for _, row in rows], float).reshape(-1, 2)
     series = 1 + len(task.reader.names)
     sums = np.array([row[HEAD:-1] for _, row in rows], float).reshape(len(rows), 2, series)
@@ -274,7 +274,7 @@ def _summed(task: FlightTask, rows: list[tuple[int, list[Any]]], seeds: int, law
     )
     hours, contacts = float(numbers[:, 0].sum()) / 3600, int(numbers[:, 1].sum())
     fastest = float(np.abs(task.rig.poles).max())
-    return Flown(
+    return Flights(
         hours=hours, contacts=contacts, contacts_per_hour=Rate.of(contacts, hours), touches=touches,
         figures=ride_figures(task.reader.names, numbers[clear, 0], sums[clear, 0], sums[clear, 1]),
         flights=len(rows), planned=task.planned, duration=task.duration, seeds=seeds, seed=task.seed,

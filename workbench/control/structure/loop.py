@@ -117,6 +117,16 @@ class Loop:
         """[s], or None for continuous time."""
         return self.model.sample_time
 
+    @property
+    def commands(self) -> tuple[str, ...]:
+        """Signals that the structure makes and the model takes."""
+        return tuple(name for name in self.structure.outputs if name in self.model.inputs)
+
+    @property
+    def sensors(self) -> tuple[str, ...]:
+        """Signals that the model makes and the structure reads."""
+        return tuple(name for name in self.analysis_points if name in self.model.outputs)
+
     def check(self) -> None:
         """Refuse what no tuning can mend; see the class."""
         structure, h = self.structure, self.model.sample_time

@@ -86,9 +86,10 @@ class AtPoints(Reserve):
 
     def among(self, loop: Flown) -> list[BreakPoint]:
         """The margins looked at; a sensor that the law does not use has none, unless nothing else is asked for."""
-        asked = {b.name for b in self.chosen(break_names(loop.setting))}
-        known = [*loop.break_points, *(loop.together if any(n.startswith(f"{ALL}:") for n in asked) else ())]
-        return [b for b in known if b.point in asked] or [BreakPoint(
+        asked = self.chosen(break_names(loop.setting))
+        names = {b.name for b in asked}
+        known = [*loop.break_points, *(loop.together if any(b.kind == ALL for b in asked) else ())]
+        return [b for b in known if b.point in names] or [BreakPoint(
             point=self.looked_at(), gain_up=math.inf, gain_down=0.0, phase=math.inf, delay=math.inf, disk=math.inf
         )]  # fmt: skip
 

@@ -146,7 +146,7 @@ class VariedPeak(Varied):
         return peak_measure(loop, self.limit, self.focus)
 
     def subject(self, loop: Loop) -> Subject:
-        return Subject(points=plant_reserves.commands_of(loop))
+        return Subject(points=loop.commands)
 
     def rows_of(self, point: Evaluated) -> Rows:
         at, asked = point.reserve, self.asked_at(point.back_off)

@@ -122,9 +122,8 @@ def _figures(analysis: PlantAnalysis, make: Callable[[PlantAnalysis, Loop, int],
 def _steps(analysis: PlantAnalysis, loop: Loop, number: int) -> list[str]:
     """One picture for what is measured and one for what is commanded, of every signal from outside."""
     K, out = analysis.design.structure.controller(), []
-    commands = tuple(name for name in loop.structure.outputs if name in loop.model.inputs)
     for k, source in enumerate(loop.exogenous):
-        for what, seen in (("measured", loop.model.outputs), ("commanded", commands)):
+        for what, seen in (("measured", loop.model.outputs), ("commanded", loop.commands)):
             try:
                 curve = step_curve(loop, K, source, seen)
             except InputError as error:

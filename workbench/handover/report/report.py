@@ -24,7 +24,7 @@ from workbench.handover.report.page import figures, head, page, provenance, requ
 from workbench.handover.report.style import first_blocks, table_block
 from workbench.handover.table.table import GainTable
 from workbench.result import figure as digits
-from workbench.simulation.flown import Flown
+from workbench.simulation.flown import Flights
 
 UNSTABLE = "The loop is unstable under these gains: it has no stationary response, and no spectra or margins."
 UNFILTERED = "A gap's rate is taken without a filter: the loop has roots, but no responses, spectra or margins."
@@ -37,7 +37,7 @@ def report_html(
     robustness: Mapping[str, Any] | None = None,
     table: GainTable | None = None,
     reserves: Reserves | None = None,
-    flights: Flown | None = None,
+    flights: Flights | None = None,
     created: datetime | None = None,
 ) -> str:
     """The report's text.
@@ -78,11 +78,10 @@ def report_html(
 
 def reserves_of(design: Design) -> Reserves:
     """What a vehicle's design keeps in reserve, sampled at the problem's own time too."""
-    step = design.problem.sample_time
-    return find_reserves(design.problem.setting, design.gains, sampled=() if step is None else [(step, 0.0)])
+    return find_reserves(design.problem.setting, design.gains, sampled=design.problem.own_sampling)
 
 
-def _flights(flown: Flown) -> str:
+def _flights(flown: Flights) -> str:
     """Contacts per hour, and each figure of the nonlinear ride beside the linear one."""
     title, columns, rows = flown.table()
     facts = [(name, digits(value), unit) for name, value, unit in flown.rows()]

@@ -241,7 +241,7 @@ def plant_table(design: "Design") -> PlantTable:
 def _usual(problem, structure: Structure, promised: Sequence[Promise]) -> list[Promise]:
     """What is promised unasked: the peak sensitivity reached at each input of the models that the structure drives."""
     K, found = structure.controller(), []
-    for point in (name for name in structure.outputs if name in problem.systems[0].inputs):
+    for point in problem.loops[0].commands:
         if any(p.kind == Sensitivity.proof and p.subject.points == (point,) for p in promised):
             continue
         goal = Sensitivity(points=point, limit=TINY)
