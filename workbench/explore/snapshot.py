@@ -61,8 +61,7 @@ class Snapshot(Result):
     @cached_property
     def reserves(self) -> Reserves:
         """Margins, failures, sampled loops, computed when first asked for."""
-        step = self._problem.sample_time
-        return find_reserves(self._problem.setting, self.gains, sampled=() if step is None else ((step, 0.0),))
+        return find_reserves(self._problem.setting, self.gains, sampled=self._problem.own_sampling)
 
     @property
     def first(self) -> tuple[list[Row], tuple[MarkedTable, ...]]:

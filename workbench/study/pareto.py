@@ -18,7 +18,7 @@ from workbench.goals.ride.currents import MeanSquareCurrents
 from workbench.goals.ride.peak_sensitivity import PeakSensitivity
 from workbench.goals.ride.requirement import requirement_class
 from workbench.study.definition import Limit, Study, Sweep
-from workbench.study.quantity import Values, document_of, of_requirement, value_at
+from workbench.study.quantity import Values, document_of, of_requirement, row_found
 from workbench.study.store import Piece
 
 Wanted = Mapping[str, tuple[tuple[str, ...], float]]  # name: quantities of which the largest counts, and its sign
@@ -62,11 +62,10 @@ def flown_rows(
         problem, sweep.requirement, sweep.limits, start=Gains.from_mapping(gains) if gains else None,
         starts=max(study.starts, 1), seed=study.seed,
     )  # fmt: skip
-    rows: list[Values] = []
-    for own, reason in zip(found.gains, found.reasons, strict=True):
-        document = {} if own is None else document_of(problem, own, quantities)
-        rows.append([*(None if own is None else value_at(document, q) for q in quantities), reason])
-    return rows
+    return [
+        row_found(None if own is None else document_of(problem, own, quantities), quantities, reason)
+        for own, reason in zip(found.gains, found.reasons, strict=True)
+    ]
 
 
 def limits_by_row(

@@ -21,7 +21,7 @@ from workbench.design.record import given
 from workbench.machine.threads import one_thread
 from workbench.study.definition import Limit, Study, Sweep
 from workbench.study.pareto import Wanted
-from workbench.study.quantity import Values, row_of, value_at
+from workbench.study.quantity import Values, row_found, row_of, value_at
 from workbench.study.source import FACTOR, Source
 
 OF_STABLE = ("peak_sensitivity", "margins")  # what only stable loops have: no value elsewhere
@@ -106,11 +106,12 @@ class PlantStudy:
             self.problem, sweep.requirement, sweep.limits, start=self.study.gains, starts=max(self.study.starts, 1),
             seed=self.study.seed,
         )  # fmt: skip
-        rows: list[Values] = []
-        for one, reason in zip(found.designs, found.reasons, strict=True):
-            document = {} if one is None else document_of(self.problem, dict(one.values), quantities)
-            rows.append([*(None if one is None else value_at(document, q) for q in quantities), reason])
-        return rows
+        return [
+            row_found(
+                None if one is None else document_of(self.problem, dict(one.values), quantities), quantities, reason
+            )
+            for one, reason in zip(found.designs, found.reasons, strict=True)
+        ]
 
     def values(self) -> dict[str, float]:
         """Of every parameter: the study's, the approved, the structure's own."""

@@ -71,6 +71,11 @@ def row_of(document: Callable[[], Mapping[str, Any]], quantities: Sequence[str])
         return [*(None for _ in quantities), " ".join(str(error).split())]
 
 
+def row_found(document: Mapping[str, Any] | None, quantities: Sequence[str], reason: str) -> Values:
+    """The quantities of a design's JSON, or none of them and the reason why there is no design."""
+    return [*(None if document is None else value_at(document, q) for q in quantities), reason]
+
+
 def number(value: Value) -> Value:
     """A quantity as a study keeps it: none where it is not a number."""
     if value is None or isinstance(value, bool):
